@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Diagnostics: everything about a scene that was ignored, repaired or replaced, as coded records with prim paths."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+# Code families. One code is one rule; docs/diagnostics.md lists them all.
+#   W1xx geometry repaired or dropped     W2xx assets and textures     W3xx materials
+#   W4xx lights and cameras               W5xx stage and settings      N9xx notes: defaults that stepped in
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One thing that the picture does not show as the stage says it."""
+
+    code: str
+    """Rule, such as ``W102``; codes that begin with N are notes, which ``--strict`` lets pass."""
+    prim: str
+    """Path of the prim, or the file path where no prim is to blame."""
+    message: str
+    """What was done about it, one line without the prim path."""
+
+    @property
+    def is_warning(self) -> bool:
+        """Whether ``--strict`` turns it into an error."""
+        return self.code.startswith("W")
+
+    def __str__(self) -> str:
+        return f"{self.code} {self.prim}: {self.message}"
+
+
+class Report:
+    """Collects diagnostics while a scene is read; the same record is kept once."""
+
+    def __init__(self) -> None:
+        self._records: dict[Diagnostic, None] = {}
+
+    def warn(self, code: str, prim: object, message: str) -> None:
+        """Record ``message`` about ``prim`` (anything whose ``str`` is its path) under ``code``."""
+        self._records.setdefault(Diagnostic(code, str(prim), message))
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        return iter(self._records)
+
+    def __len__(self) -> int:
+        return len(self._records)

@@ -1,0 +1,413 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The scene: frozen dataclasses of NumPy arrays that know neither pxr nor Warp.
+
+Everything in a :class:`Scene` has been validated by whoever made it, for kernels check nothing: indices are in
+range, numbers are finite, transforms are invertible. Matrices act on column vectors and read right to left,
+``p_world = world_from_local @ p_local``. Colours are linear Rec. 709. Lengths are scene units, angles radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from warp_rt.errors import SceneError
+from warp_rt.report import Diagnostic
+
+_EMPTY: Mapping[str, Any] = MappingProxyType({})
+
+
+# --- geometry -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Primvar:
+    """Values over a mesh, looked up by triangle corner. Every USD interpolation fits: see ``indices``."""
+
+    values: np.ndarray
+    """float32, shape [k, c] with c = 1 to 4 components, k >= 1."""
+    indices: np.ndarray | None = None
+    """int32, shape [triangle_count, 3], row of ``values`` at each corner; None: constant, row 0 everywhere.
+    Vertex interpolation shares ``Mesh.triangles``, uniform repeats one row thrice."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in their own space, shared by any number of instances."""
+
+    points: np.ndarray
+    """float32, shape [n, 3], local space."""
+    triangles: np.ndarray
+    """int32, shape [m, 3], wound so that cross(p1 - p0, p2 - p0) is the outward geometric normal
+    (leftHanded orientation is undone here; a mirroring transform is not)."""
+    normals: Primvar | None = None
+    """Shading normals, local space, three components; None: flat shading with the geometric normal."""
+    primvars: Mapping[str, Primvar] = _EMPTY
+    """By name without the ``primvars:`` prefix: ``st``, ``displayColor``, ..."""
+    material_slots: np.ndarray | None = None
+    """int32, shape [m], slot of each triangle in its instance's materials; None: slot 0 for all."""
+    face_ids: np.ndarray | None = None
+    """int32, shape [m], face of the source mesh that each triangle was cut from; None: the triangle's own index."""
+    is_closed: bool = False
+    """Whether the surface bounds a volume (every edge used once each way): only then does refraction bend rays."""
+
+
+@dataclass(frozen=True)
+class Instances:
+    """The placed meshes, one row each."""
+
+    mesh: np.ndarray
+    """int32, shape [n], row of ``Scene.meshes``."""
+    world_from_local: np.ndarray
+    """float64, shape [n, 4, 4], invertible and affine."""
+    material_offset: np.ndarray
+    """int32, shape [n]: the material of a triangle is ``material_table[material_offset[i] + slot]``."""
+    material_table: np.ndarray
+    """int32, shape [k], rows of ``Scene.materials``."""
+    prim: np.ndarray
+    """int32, shape [n], row of ``Scene.prims``: the primId."""
+    instance_id: np.ndarray
+    """int32, shape [n], row of ``Scene.instance_paths`` or -1 where the geometry is not instanced: the instanceId."""
+    primvars: Mapping[str, np.ndarray] = _EMPTY
+    """Values that take precedence over the mesh's primvar of that name: float32, shape [n, c]; a row of NaN: none."""
+
+    def __len__(self) -> int:
+        return len(self.mesh)
+
+
+# --- materials ------------------------------------------------------------------------------------------------
+
+
+class MaterialModel(IntEnum):
+    """Which illumination a material asks for."""
+
+    WHITTED = 0
+    """The lecture's terms: spec of ``WhittedSurface``."""
+    PREVIEW = 1
+    """UsdPreviewSurface."""
+
+
+class Wrap(IntEnum):
+    """What a texture holds outside [0, 1]."""
+
+    BLACK = 0
+    CLAMP = 1
+    REPEAT = 2
+    MIRROR = 3
+
+
+class OpacityMode(IntEnum):
+    """What opacity below one means: light through the material, or less of the material."""
+
+    TRANSPARENT = 0
+    PRESENCE = 1
+
+
+@dataclass(frozen=True)
+class Image:
+    """Texels. Row 0 is the bottom one, where v = 0, as USD has it."""
+
+    path: str
+    pixels: np.ndarray
+    """uint8 or float32, shape [height, width, 4]."""
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image with everything that a UsdUVTexture and what feeds its ``st`` say: out = decode(texel) * scale + bias."""
+
+    image: int
+    """Row of ``Scene.images``, or -1 where the file is unreadable: the result is then ``fallback``, unscaled."""
+    primvar: str = "st"
+    """Name of the two-component primvar that holds the texture coordinates."""
+    uv_fallback: tuple[float, float] = (0.0, 0.0)
+    uv_transform: np.ndarray = field(default_factory=lambda: np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], np.float32))
+    """float32, shape [2, 3], applied to (u, v, 1)."""
+    wrap_s: Wrap = Wrap.BLACK
+    wrap_t: Wrap = Wrap.BLACK
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    fallback: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    is_srgb: bool = False
+    """Whether red, green and blue are decoded by the sRGB curve before filtering; alpha never is."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """One input of a surface: a constant, a texture's channel(s), or a primvar."""
+
+    value: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    """The constant; for a primvar, the fallback where the mesh has none of that name. Scalars sit in element 0."""
+    texture: int = -1
+    """Row of ``Scene.textures``; -1: not textured."""
+    primvar: str = ""
+    """Name of the primvar that is read directly; empty: none."""
+    channel: int = -1
+    """0 to 3 picks red, green, blue or alpha; -1 takes the vector."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A surface. Inputs that are absent have the defaults of their model's specification."""
+
+    path: str
+    model: MaterialModel
+    inputs: Mapping[str, Input] = _EMPTY
+    """By the specification's names: ``diffuse``, ``reflection``, ... or ``diffuseColor``, ``roughness``, ..."""
+    use_specular_workflow: bool = False
+    opacity_mode: OpacityMode = OpacityMode.TRANSPARENT
+    opacity_threshold: float = 0.0
+
+
+# --- lights and cameras -----------------------------------------------------------------------------------------
+
+
+class LightKind(IntEnum):
+    """Shape of a light in its own space, as UsdLux has it."""
+
+    POINT = 0
+    """At the origin. ``radiance`` times the projected area ``pi radius^2`` is its radiant intensity."""
+    DISTANT = 1
+    """Light travels along -Z. ``radiance`` over the cone of full angle ``angle``, or the irradiance itself at angle 0."""
+    SPHERE = 2
+    """About the origin, of ``radius``."""
+    RECT = 3
+    """In the XY plane, ``width`` by ``height``, shining along -Z."""
+    DISK = 4
+    """In the XY plane, of ``radius``, shining along -Z."""
+    CYLINDER = 5
+    """Along X, of ``length`` and ``radius``, without caps."""
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light with UsdLux's units resolved: ``radiance`` is what its surface sends out."""
+
+    path: str
+    kind: LightKind
+    world_from_light: np.ndarray
+    """float64, shape [4, 4]; its scale applies to the shape."""
+    radiance: tuple[float, float, float]
+    """intensity * 2^exposure * color * temperature, over the world-space area where normalised [nit]."""
+    radius: float = 0.5
+    width: float = 1.0
+    height: float = 1.0
+    length: float = 1.0
+    angle: float = 0.0
+    """Full cone angle of a distant light [rad]."""
+    has_falloff: bool = True
+    """False: a point light of the lecture, I_l = radiance at every distance (``warp_rt:falloff`` = "none")."""
+    casts_shadow: bool = True
+    diffuse: float = 1.0
+    """Multiplier of the diffuse response."""
+    specular: float = 1.0
+    """Multiplier of the specular response."""
+    focus: float = 0.0
+    focus_tint: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    cone_angle: float = np.pi
+    """Half angle outside of which there is no light [rad]; pi: no cone."""
+    cone_softness: float = 0.0
+
+
+@dataclass(frozen=True)
+class Dome:
+    """Light from infinitely far in all directions; the background where visible."""
+
+    path: str
+    world_from_light: np.ndarray
+    """float64, shape [4, 4], only its rotation counts. Latitude-longitude images have their pole at local +Y, the
+    image's centre at local +Z and u growing towards local -X, seen from inside."""
+    radiance: tuple[float, float, float]
+    """Multiplier of the image, or the radiance itself where there is none [nit]."""
+    image: int = -1
+    """Row of ``Scene.images`` or -1; row 0 of the image is the bottom, direction -Y."""
+    is_srgb: bool = False
+    is_visible: bool = True
+    """Whether eye rays that leave the scene see it. Reflection and refraction rays always do."""
+    diffuse: float = 1.0
+    specular: float = 1.0
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole or an orthographic camera that looks along its local -Z with +Y up."""
+
+    path: str
+    world_from_camera: np.ndarray
+    """float64, shape [4, 4], with whatever scale and shear the stage gives it."""
+    window: tuple[float, float, float, float]
+    """left, right, bottom, top: on the plane z = -1 for a perspective camera, in scene units for an orthographic one."""
+    is_perspective: bool = True
+    clipping_range: tuple[float, float] = (0.0, np.inf)
+    """Nearest and farthest distance along -Z that eye rays see."""
+    exposure_scale: float = 1.0
+    """Linear factor on colour from the camera's exposure attributes."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the stage's RenderSettings ask for; None where they say nothing."""
+
+    path: str = ""
+    resolution: tuple[int, int] | None = None
+    pixel_aspect_ratio: float = 1.0
+    aspect_policy: str = "expandAperture"
+    camera: str | None = None
+    ambient: tuple[float, float, float] | None = None
+    background: tuple[float, float, float] | None = None
+    depth: int | None = None
+    threshold: float | None = None
+
+
+# --- the whole ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a picture needs, and the record of what was left out."""
+
+    meshes: tuple[Mesh, ...]
+    instances: Instances
+    prims: tuple[str, ...] = ()
+    """Path of each primId."""
+    instance_paths: tuple[str, ...] = ()
+    """Path of each instanceId: the native instance, or ``/Instancer[7]``."""
+    labels: Mapping[str, Mapping[str, tuple[str, ...]]] = _EMPTY
+    """Semantic labels: prim path to taxonomy to labels."""
+    materials: tuple[Material, ...] = ()
+    textures: tuple[Texture, ...] = ()
+    images: tuple[Image, ...] = ()
+    lights: tuple[Light, ...] = ()
+    domes: tuple[Dome, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    settings: Settings = Settings()
+    up_axis: str = "Y"
+    meters_per_unit: float = 0.01
+    source: str = ""
+    """File that the scene was read from, or empty."""
+    time: float | None = None
+    """Time code; None: the default time."""
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles in memory; instances share theirs."""
+        return sum(len(mesh.triangles) for mesh in self.meshes)
+
+    def bounds(self) -> np.ndarray:
+        """Return the world-space box of all instances: float64, shape [2, 3]; NaN where there is no geometry."""
+        if not len(self.instances):
+            return np.full((2, 3), np.nan)
+        local = np.array([_mesh_bounds(mesh) for mesh in self.meshes])[self.instances.mesh]
+        center, half = local.mean(axis=1), (local[:, 1] - local[:, 0]) / 2
+        matrix = self.instances.world_from_local
+        center = np.einsum("nij,nj->ni", matrix[:, :3, :3], center) + matrix[:, :3, 3]
+        half = np.einsum("nij,nj->ni", np.abs(matrix[:, :3, :3]), half)
+        return np.array([np.nanmin(center - half, axis=0), np.nanmax(center + half, axis=0)])
+
+    def origin(self) -> np.ndarray:
+        """Return the world point that float32 coordinates are taken relative to: float64, shape [3].
+
+        The world's own origin, unless the geometry lies so far from it (beyond 8 times its extent) that float32
+        would lose digits; then the centre of the bounds.
+        """
+        low, high = self.bounds()
+        center = (low + high) / 2
+        if not np.isfinite(center).all() or np.abs(center).max() <= 8 * np.linalg.norm(high - low):
+            return np.zeros(3)
+        return center
+
+    @staticmethod
+    def from_arrays(
+        points: Any,
+        faces: Any,
+        *,
+        normals: Any = None,
+        world_from_local: Any = None,
+        material: Material | None = None,
+        lights: Sequence[Light] = (),
+        cameras: Sequence[Camera] = (),
+        settings: Settings | None = None,
+    ) -> Scene:
+        """Return a scene of one triangle mesh, without USD.
+
+        Args:
+            points: Vertices, shape [n, 3], local space.
+            faces: Vertex indices, shape [m, 3], counter-clockwise seen from outside.
+            normals: Shading normals, one a vertex [n, 3] or one a corner [m, 3, 3]; None: flat shading.
+            world_from_local: Placement, shape [4, 4]; None: the identity.
+            material: Surface; None: a grey diffuse WhittedSurface.
+            lights: Lights; where there are none, a renderer adds a headlight.
+            cameras: Cameras; where there are none, the scene is framed.
+            settings: Scene-wide terms such as ambient light and background.
+
+        Raises:
+            SceneError: A shape is wrong, an index is out of range, or a number is not finite.
+        """
+        vertices = np.ascontiguousarray(points, np.float32)
+        triangles = np.ascontiguousarray(faces, np.int32)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+            raise SceneError(f"points: shape [n, 3] of finite numbers expected, got shape {list(vertices.shape)}")
+        if triangles.ndim != 2 or triangles.shape[1] != 3:
+            raise SceneError(f"faces: shape [m, 3] expected, got {list(triangles.shape)}")
+        if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
+            raise SceneError(f"faces: an index is outside 0..{len(vertices) - 1}")
+        matrix = np.eye(4) if world_from_local is None else np.asarray(world_from_local, float)
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) == 0:
+            raise SceneError("world_from_local: an invertible 4 x 4 matrix expected")
+        mesh = Mesh(vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles))
+        row = np.zeros(1, np.int32)
+        return Scene(
+            meshes=(mesh,) if len(triangles) else (),
+            instances=Instances(row, matrix[None], row, row, row, row - 1)
+            if len(triangles)
+            else Instances(row[:0], matrix[None][:0], row[:0], row, row[:0], row[:0]),
+            prims=("/mesh",),
+            materials=(material or Material("/material", MaterialModel.WHITTED),),
+            lights=tuple(lights),
+            cameras=tuple(cameras),
+            settings=settings or Settings(),
+        )
+
+
+def _normals_primvar(normals: Any, vertices: np.ndarray, triangles: np.ndarray) -> Primvar | None:
+    if normals is None:
+        return None
+    values = np.ascontiguousarray(normals, np.float32)
+    if not np.isfinite(values).all():
+        raise SceneError("normals: every number must be finite")
+    if values.shape == vertices.shape:
+        return Primvar(values, triangles)
+    if values.shape == (len(triangles), 3, 3):
+        return Primvar(values.reshape(-1, 3), np.arange(values.size // 3, dtype=np.int32).reshape(-1, 3))
+    raise SceneError(f"normals: shape [n, 3] or [m, 3, 3] expected, got {list(values.shape)}")
+
+
+def _mesh_bounds(mesh: Mesh) -> np.ndarray:
+    """Return the local box of a mesh's triangles: float64, shape [2, 3]; NaN for a mesh without triangles."""
+    if not len(mesh.triangles):
+        return np.full((2, 3), np.nan)
+    used = mesh.points[mesh.triangles.reshape(-1)]
+    return np.array([used.min(axis=0), used.max(axis=0)], float)
+
+
+def is_closed(triangles: np.ndarray) -> bool:
+    """Return whether a triangle mesh is closed: each directed edge is matched by just as many opposite ones.
+
+    Args:
+        triangles: Vertex indices, shape [m, 3]. Vertices that merely coincide count as different ones.
+    """
+    if not len(triangles):
+        return False
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    key = edges.min(axis=1) * (int(triangles.max()) + 1) + edges.max(axis=1)
+    _, edge = np.unique(key, return_inverse=True)
+    balance = np.bincount(edge.reshape(-1), weights=np.where(edges[:, 0] < edges[:, 1], 1.0, -1.0))
+    return bool((balance == 0).all())
