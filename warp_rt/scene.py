@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,10 +19,7 @@ import numpy as np
 from warp_rt.errors import SceneError
 from warp_rt.report import Diagnostic
 
-_EMPTY: Mapping[str, Any] = MappingProxyType({})
-
-
-# --- geometry -------------------------------------------------------------------------------------------------
+# --- geometry
 
 
 @dataclass(frozen=True)
@@ -48,7 +44,7 @@ class Mesh:
     (leftHanded orientation is undone here; a mirroring transform is not)."""
     normals: Primvar | None = None
     """Shading normals, local space, three components; None: flat shading with the geometric normal."""
-    primvars: Mapping[str, Primvar] = _EMPTY
+    primvars: Mapping[str, Primvar] = field(default_factory=dict)
     """By name without the ``primvars:`` prefix: ``st``, ``displayColor``, ..."""
     material_slots: np.ndarray | None = None
     """int32, shape [m], slot of each triangle in its instance's materials; None: slot 0 for all."""
@@ -74,14 +70,14 @@ class Instances:
     """int32, shape [n], row of ``Scene.prims``: the primId."""
     instance_id: np.ndarray
     """int32, shape [n], row of ``Scene.instance_paths`` or -1 where the geometry is not instanced: the instanceId."""
-    primvars: Mapping[str, np.ndarray] = _EMPTY
+    primvars: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Values that take precedence over the mesh's primvar of that name: float32, shape [n, c]; a row of NaN: none."""
 
     def __len__(self) -> int:
         return len(self.mesh)
 
 
-# --- materials ------------------------------------------------------------------------------------------------
+# --- materials
 
 
 class MaterialModel(IntEnum):
@@ -120,7 +116,7 @@ class Image:
 
 @dataclass(frozen=True)
 class Texture:
-    """An image with everything that a UsdUVTexture and what feeds its ``st`` say: out = decode(texel) * scale + bias."""
+    """An image with all that a UsdUVTexture and what feeds its ``st`` say: out = decode(texel) * scale + bias."""
 
     image: int
     """Row of ``Scene.images``, or -1 where the file is unreadable: the result is then ``fallback``, unscaled."""
@@ -158,14 +154,14 @@ class Material:
 
     path: str
     model: MaterialModel
-    inputs: Mapping[str, Input] = _EMPTY
+    inputs: Mapping[str, Input] = field(default_factory=dict)
     """By the specification's names: ``diffuse``, ``reflection``, ... or ``diffuseColor``, ``roughness``, ..."""
     use_specular_workflow: bool = False
     opacity_mode: OpacityMode = OpacityMode.TRANSPARENT
     opacity_threshold: float = 0.0
 
 
-# --- lights and cameras -----------------------------------------------------------------------------------------
+# --- lights and cameras
 
 
 class LightKind(IntEnum):
@@ -174,7 +170,7 @@ class LightKind(IntEnum):
     POINT = 0
     """At the origin. ``radiance`` times the projected area ``pi radius^2`` is its radiant intensity."""
     DISTANT = 1
-    """Light travels along -Z. ``radiance`` over the cone of full angle ``angle``, or the irradiance itself at angle 0."""
+    """Light travels along -Z: ``radiance`` over a cone of full angle ``angle``; at angle 0, the irradiance itself."""
     SPHERE = 2
     """About the origin, of ``radius``."""
     RECT = 3
@@ -242,7 +238,7 @@ class Camera:
     world_from_camera: np.ndarray
     """float64, shape [4, 4], with whatever scale and shear the stage gives it."""
     window: tuple[float, float, float, float]
-    """left, right, bottom, top: on the plane z = -1 for a perspective camera, in scene units for an orthographic one."""
+    """left, right, bottom, top: on the plane z = -1 (perspective) or in scene units (orthographic)."""
     is_perspective: bool = True
     clipping_range: tuple[float, float] = (0.0, np.inf)
     """Nearest and farthest distance along -Z that eye rays see."""
@@ -265,7 +261,7 @@ class Settings:
     threshold: float | None = None
 
 
-# --- the whole ----------------------------------------------------------------------------------------------------
+# --- the whole
 
 
 @dataclass(frozen=True)
@@ -278,7 +274,7 @@ class Scene:
     """Path of each primId."""
     instance_paths: tuple[str, ...] = ()
     """Path of each instanceId: the native instance, or ``/Instancer[7]``."""
-    labels: Mapping[str, Mapping[str, tuple[str, ...]]] = _EMPTY
+    labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     """Semantic labels: prim path to taxonomy to labels."""
     materials: tuple[Material, ...] = ()
     textures: tuple[Texture, ...] = ()
@@ -361,7 +357,9 @@ class Scene:
         matrix = np.eye(4) if world_from_local is None else np.asarray(world_from_local, float)
         if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) == 0:
             raise SceneError("world_from_local: an invertible 4 x 4 matrix expected")
-        mesh = Mesh(vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles))
+        mesh = Mesh(
+            vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles)
+        )
         row = np.zeros(1, np.int32)
         return Scene(
             meshes=(mesh,) if len(triangles) else (),
