@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A rendered picture in the hand: linear values, display values, files."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from warp_rt.errors import OptionError, OutputError
+from warp_rt.image.atomic import write_bytes
+from warp_rt.image.color import TONE_MAPS, display, unpremultiply
+from warp_rt.image.exr import write_exr
+from warp_rt.image.ids import encode_ids
+from warp_rt.image.jpeg import MAX_SIDE, encode_jpeg
+from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, planned_files
+from warp_rt.image.png import encode_png
+
+
+class FilmLike(Protocol):
+    """What a picture is made of; ``warp_rt.Film`` is one."""
+
+    @property
+    def aovs(self) -> Mapping[str, np.ndarray]:
+        """Arrays by name, row 0 on top; ``color`` and ``alpha`` are among them."""
+
+    @property
+    def prims(self) -> tuple[str, ...]:
+        """Path of each primId."""
+
+    @property
+    def instance_paths(self) -> tuple[str, ...]:
+        """Path of each instanceId."""
+
+    @property
+    def labels(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+        """Semantic labels by prim path and taxonomy."""
+
+
+class Image:
+    """A film, developed: how it is exposed and toned, and what is known about its making.
+
+    ``np.asarray(image)`` is what a screen shows, uint8 RGBA; :attr:`linear` and ``image["depth"]`` are what was
+    computed. A notebook shows the picture by itself.
+    """
+
+    def __init__(
+        self,
+        film: FilmLike,
+        *,
+        exposure: float = 0.0,
+        tonemap: str = "srgb",
+        metadata: Mapping[str, object] | None = None,
+    ) -> None:
+        """Wrap a film.
+
+        Args:
+            film: The rendered AOVs.
+            exposure: Stops, for display values only; files of linear values keep what was computed.
+            tonemap: ``srgb``, or ``raw`` for display values without a curve.
+            metadata: Facts for the files' headers, such as source, camera, spp and seed.
+
+        Raises:
+            OptionError: The exposure or the tone map cannot be used.
+        """
+        if tonemap not in TONE_MAPS:
+            raise OptionError(f"tonemap: {tonemap!r} is none of {', '.join(TONE_MAPS)}")
+        if not -100.0 <= exposure <= 100.0:
+            raise OptionError(f"exposure: {exposure} is outside -100..100 stops")
+        self.film = film
+        self.exposure = exposure
+        self.tonemap = tonemap
+        self.metadata = dict(metadata or {})
+
+    @property
+    def linear(self) -> np.ndarray:
+        """Linear Rec. 709 radiance, premultiplied by alpha: float32, shape [height, width, 3], row 0 on top."""
+        return self["color"]
+
+    @property
+    def alpha(self) -> np.ndarray:
+        """Coverage: float32, shape [height, width]."""
+        return self["alpha"]
+
+    @property
+    def width(self) -> int:
+        """Width [pixel]."""
+        return self.alpha.shape[1]
+
+    @property
+    def height(self) -> int:
+        """Height [pixel]."""
+        return self.alpha.shape[0]
+
+    def __getitem__(self, aov: str) -> np.ndarray:
+        """Return an AOV as it was computed.
+
+        Raises:
+            OptionError: The film has no such AOV.
+        """
+        try:
+            return self.film.aovs[aov]
+        except KeyError:
+            raise OptionError(f"aov: {aov!r} was not rendered; there are {', '.join(self.film.aovs)}") from None
+
+    def to_srgb8(self) -> np.ndarray:
+        """Return what a screen shows: straight alpha, uint8, shape [height, width, 4], row 0 on top."""
+        straight = unpremultiply(self.linear, self.alpha)
+        alpha = display(self.alpha, tonemap="raw")
+        return np.dstack([display(straight, exposure=self.exposure, tonemap=self.tonemap), alpha])
+
+    def save(self, path: str | os.PathLike[str]) -> tuple[Path, ...]:
+        """Write the picture, each file whole or not at all, and return the files, the picture first.
+
+        The extension decides: ``.exr`` holds every AOV, linear; ``.png`` (straight alpha) and ``.jpg`` (over black)
+        hold colour for display, and each further AOV is written beside it as ``NAME.AOV.npy``. With ids,
+        ``NAME.ids.json`` says which prims they are.
+
+        Raises:
+            OptionError: The extension is unknown.
+            OutputError: A file could not be written.
+        """
+        target = Path(path)
+        files = planned_files(target, self.film.aovs)
+        for file in files.values():
+            check_writable(file)
+        for kind, file in files.items():
+            if kind == "ids":
+                write_bytes(file, self._encode_ids())
+            elif kind != "image":
+                write_bytes(file, _encode_npy(self[kind]))
+        self._save_picture(target)  # last: where it is, the rest is too
+        return tuple(files.values())
+
+    def _save_picture(self, path: Path) -> None:
+        kind = format_of(path)
+        if kind == "exr":
+            facts = {**self.metadata, "colorspace": "linear Rec.709"}
+            write_exr(path, self.film.aovs, software=_software(), metadata=facts)
+        elif kind == "jpeg":
+            write_bytes(path, self._encode_jpeg(path))
+        else:
+            write_bytes(path, self._repr_png_())
+
+    def _display_facts(self) -> dict[str, object]:
+        colorspace = "sRGB" if self.tonemap == "srgb" else "linear Rec.709"
+        return {**self.metadata, "exposure": self.exposure, "colorspace": colorspace}
+
+    def _encode_jpeg(self, path: Path) -> bytes:
+        if max(self.width, self.height) > MAX_SIDE:
+            raise OutputError(f"{path}: JPEG holds at most {MAX_SIDE} pixels a side")
+        over_black = display(self.linear, exposure=self.exposure, tonemap=self.tonemap)
+        return encode_jpeg(over_black, software=_software(), metadata=self._display_facts())
+
+    def _encode_ids(self) -> bytes:
+        tables = {"primId": self.film.prims, "instanceId": self.film.instance_paths}
+        present = {aov: tables[aov] for aov in ID_TABLES if aov in self.film.aovs}
+        return encode_ids(present, self.film.labels)
+
+    def _repr_png_(self) -> bytes:
+        """Return a PNG file: notebooks call this to show the picture."""
+        is_srgb = self.tonemap == "srgb"
+        return encode_png(self.to_srgb8(), software=_software(), metadata=self._display_facts(), is_srgb=is_srgb)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        if copy is False:
+            raise ValueError("display values are computed, so they are always a new array")
+        return self.to_srgb8().astype(dtype or np.uint8, copy=False)
+
+    def __repr__(self) -> str:
+        return f"<warp_rt.Image {self.width} x {self.height}: {', '.join(self.film.aovs)}>"
+
+
+def _encode_npy(values: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.save(file, values, allow_pickle=False)
+    return file.getvalue()
+
+
+def _software() -> str:
+    from warp_rt import __version__
+
+    return f"warp_rt {__version__}"

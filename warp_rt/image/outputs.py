@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which files a picture becomes, known and checked before the first ray."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from warp_rt.errors import OptionError, OutputError
+
+FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".exr": "exr"}
+
+ID_TABLES = ("primId", "instanceId")
+"""AOVs whose numbers stand for prims; elementId counts faces and needs no table."""
+
+
+def format_of(path: Path) -> str:
+    """Return ``png``, ``jpeg`` or ``exr``.
+
+    Raises:
+        OptionError: The extension is none that can be written.
+    """
+    try:
+        return FORMATS[path.suffix.lower()]
+    except KeyError:
+        raise OptionError(f"{path}: the extension must be one of {', '.join(FORMATS)}") from None
+
+
+def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
+    """Return every file that a picture with these AOVs is written to, by what it holds.
+
+    An EXR holds all AOVs. PNG and JPEG hold the colour; each further AOV lies beside it, exact and unfiltered, as
+    ``NAME.AOV.npy``. With an id among the AOVs, ``NAME.ids.json`` says what the ids are (key ``ids``).
+
+    Raises:
+        OptionError: The extension is unknown, or the format holds colour but none was asked for.
+    """
+    wanted = tuple(aovs)
+    if format_of(path) == "exr":
+        files = {"image": path}
+    elif "color" in wanted:
+        files = {"image": path}
+        files |= {aov: path.with_name(f"{path.stem}.{aov}.npy") for aov in wanted if aov not in ("color", "alpha")}
+    else:
+        raise OptionError(f"{path}: {path.suffix} holds color; add it to the AOVs or write an .exr")
+    if any(aov in ID_TABLES for aov in wanted):
+        files["ids"] = path.with_name(f"{path.stem}.ids.json")
+    return files
+
+
+def check_writable(path: Path) -> None:
+    """Return if it looks as if a file could be written here; nothing is changed to find out.
+
+    Raises:
+        OutputError: The folder is missing or locked, or ``path`` is itself a folder.
+    """
+    if path.is_dir():
+        raise OutputError(f"{path}: is a folder, not a file")
+    folder = path.parent
+    if not folder.is_dir():
+        raise OutputError(f"{path}: the folder {folder} does not exist")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(f"{path}: the folder {folder} is not writable")
