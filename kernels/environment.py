@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What lies behind the scene: domes and the background colour."""
+
+import warp as wp
+
+from .structs import DomeData, RenderData, SceneData
+from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_image
+
+IRRADIANCE_WIDTH = wp.constant(64)
+"""Columns of a dome's irradiance map; irradiance is a cosine-wide blur, so few suffice."""
+IRRADIANCE_HEIGHT = wp.constant(32)
+
+
+@wp.func
+def latlong_from_direction(dome: DomeData, direction: wp.vec3) -> wp.vec2:
+    """Return the image coordinates of a unit world direction, (0, 0) being the image's lower left corner.
+
+    Reference: UsdLux DomeLight, latlong: the image's centre is local +Z, its top +Y, longitude pi / 2 is local +X.
+    """
+    x = wp.dot(dome.axis_x, direction)
+    y = wp.dot(dome.axis_y, direction)
+    z = wp.dot(dome.axis_z, direction)
+    u = 0.5 - wp.atan2(x, z) / (2.0 * wp.pi)
+    v = 1.0 - wp.acos(wp.clamp(y, -1.0, 1.0)) / wp.pi
+    return wp.vec2(u, v)
+
+
+@wp.func
+def dome_radiance(scene: SceneData, dome: DomeData, direction: wp.vec3) -> wp.vec3:
+    """Return what a dome sends from a unit direction."""
+    if dome.image < 0:
+        return dome.radiance
+    st = latlong_from_direction(dome, direction)
+    texel = sample_image(scene, scene.images[dome.image], st[0], st[1], WRAP_REPEAT, WRAP_CLAMP, dome.is_srgb)
+    return wp.cw_mul(dome.radiance, wp.vec3(texel[0], texel[1], texel[2]))
+
+
+@wp.func
+def dome_irradiance(scene: SceneData, dome: DomeData, normal: wp.vec3) -> wp.vec3:
+    """Return a dome's cosine-weighted, unoccluded irradiance of a surface with unit world ``normal``."""
+    if dome.irradiance_offset < 0:
+        return dome.radiance * wp.pi
+    st = latlong_from_direction(dome, normal)
+    x = st[0] * float(IRRADIANCE_WIDTH) - 0.5
+    y = wp.clamp(st[1] * float(IRRADIANCE_HEIGHT) - 0.5, 0.0, float(IRRADIANCE_HEIGHT - 1))
+    x_floor = wp.floor(x)
+    y_floor = wp.floor(y)
+    x0 = (int(x_floor) + IRRADIANCE_WIDTH) % IRRADIANCE_WIDTH
+    x1 = (x0 + 1) % IRRADIANCE_WIDTH
+    row0 = dome.irradiance_offset + int(y_floor) * IRRADIANCE_WIDTH
+    row1 = dome.irradiance_offset + wp.min(int(y_floor) + 1, IRRADIANCE_HEIGHT - 1) * IRRADIANCE_WIDTH
+    fx = x - x_floor
+    fy = y - y_floor
+    bottom = scene.irradiance[row0 + x0] * (1.0 - fx) + scene.irradiance[row0 + x1] * fx
+    top = scene.irradiance[row1 + x0] * (1.0 - fx) + scene.irradiance[row1 + x1] * fx
+    return bottom * (1.0 - fy) + top * fy
+
+
+@wp.func
+def environment(scene: SceneData, render: RenderData, direction: wp.vec3, depth: int):
+    """Return what a ray that leaves the scene brings back, and the alpha that an eye ray gets with it.
+
+    Eye rays see the visible domes, other rays all of them; without any, the background colour.
+    """
+    color = wp.vec3(0.0, 0.0, 0.0)
+    is_covered = int(0)
+    for k in range(scene.dome_count):
+        dome = scene.domes[k]
+        if depth > 1 or dome.is_visible != 0:
+            color += dome_radiance(scene, dome, direction)
+            is_covered += 1
+    if is_covered > 0:
+        return color, 1.0
+    return render.background, render.background_alpha

@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Lights as a surface point sees them: direction, distance, irradiance.
+
+The first treatment of area lights: each gives exactly the irradiance that its whole, unoccluded shape sends to a small
+surface, by closed form, along the mean direction that this irradiance comes from; one shadow ray goes to its centre.
+So diffuse surfaces above whose horizon the whole light lies are lit exactly, shadows are sharp, and a highlight has the
+size that the surface's roughness gives it.
+"""
+
+import warp as wp
+
+from .structs import LightData
+
+KIND_POINT = wp.constant(0)
+KIND_DISTANT = wp.constant(1)
+KIND_SPHERE = wp.constant(2)
+KIND_RECT = wp.constant(3)
+KIND_DISK = wp.constant(4)
+KIND_CYLINDER = wp.constant(5)
+
+
+@wp.struct
+class LightSample:
+    """A light from one point."""
+
+    wi: wp.vec3
+    """Unit mean direction of the light that arrives; zero where there is none."""
+    irradiance: wp.vec3
+    """On a surface that faces ``wi``, nothing in between."""
+    to_shadow: wp.vec3
+    """Unit direction of the shadow ray."""
+    distance: wp.float32
+    """Length of the shadow ray."""
+
+
+@wp.func
+def edge_irradiance(a: wp.vec3, b: wp.vec3) -> wp.vec3:
+    """Return one polygon edge's share of the vector irradiance at the origin, for radiance 2.
+
+    Args:
+        a: Unit direction to the edge's first vertex.
+        b: Unit direction to its second.
+    """
+    c = wp.cross(a, b)
+    length = wp.length(c)
+    if length < 1.0e-12:
+        return wp.vec3(0.0, 0.0, 0.0)
+    return c * (wp.atan2(length, wp.dot(a, b)) / length)
+
+
+@wp.func
+def rect_irradiance(center: wp.vec3, half_x: wp.vec3, half_y: wp.vec3) -> wp.vec3:
+    """Return the vector irradiance at the origin from a rectangle of radiance 1; its length: on a facing surface.
+
+    Args:
+        center: Of the rectangle, as seen from the origin.
+        half_x: From the centre to the middle of one side.
+        half_y: From the centre to the middle of the next, cross(half_x, half_y) pointing away from the emitting side.
+
+    Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance Tensors, equation 11.
+    """
+    a = wp.normalize(center - half_x - half_y)
+    b = wp.normalize(center + half_x - half_y)
+    c = wp.normalize(center + half_x + half_y)
+    d = wp.normalize(center - half_x + half_y)
+    return 0.5 * (edge_irradiance(a, b) + edge_irradiance(b, c) + edge_irradiance(c, d) + edge_irradiance(d, a))
+
+
+@wp.func
+def disk_irradiance(to_center: wp.vec3, axis: wp.vec3, radius: float) -> wp.vec3:
+    """Return the vector irradiance from a disk of radiance 1, for a point in front of it.
+
+    Args:
+        to_center: From the point to the disk's centre.
+        axis: Unit normal of the disk on its emitting side.
+        radius: Of the disk.
+
+    Reference: Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11 and C-12 (a differential planar
+    element and a disk in parallel and in perpendicular planes).
+    """
+    z = -wp.dot(to_center, axis)
+    if z <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    radial = to_center + axis * z
+    rho = wp.length(radial)
+    r2 = radius * radius
+    d2 = z * z + rho * rho
+    root = wp.sqrt(wp.max((d2 + r2) * (d2 + r2) - 4.0 * r2 * rho * rho, 1.0e-30))
+    # Where one difference cancels its conjugate does not: along for d2 > r2, across for a distant or small disk.
+    along = 0.5 * wp.pi * (1.0 - (d2 - r2) / root)
+    if d2 > r2:
+        along = 2.0 * wp.pi * r2 * z * z / (root * (root + d2 - r2))
+    across = float(0.0)
+    if rho > 0.0:
+        across = 2.0 * wp.pi * z * r2 * rho / (root * (d2 + r2 + root))
+        radial = radial / rho
+    return -axis * along + radial * across
+
+
+@wp.func
+def cone_factor(light: LightData, cos_axis: float) -> wp.vec3:
+    """Return UsdLux's shaping: the focus and the cone, for light that leaves at ``cos_axis`` to the axis.
+
+    Reference: UsdLux ShapingAPI: focus is |cos|^focus, tinted; the cone is 1 - smoothstep over its soft rim.
+    """
+    one = wp.vec3(1.0, 1.0, 1.0)
+    factor = one
+    if light.focus > 0.0:
+        f = wp.pow(wp.abs(cos_axis), light.focus)
+        factor = one * f + light.focus_tint * (1.0 - f)
+    if light.cone_angle < wp.pi:
+        theta = wp.acos(wp.clamp(cos_axis, -1.0, 1.0))
+        rim = light.cone_angle * (1.0 - light.cone_softness)
+        cone = wp.where(theta > light.cone_angle, 0.0, 1.0)
+        if theta <= light.cone_angle and theta > rim:
+            x = (theta - rim) / (light.cone_angle - rim)
+            cone = 1.0 - x * x * (3.0 - 2.0 * x)
+        factor = factor * cone
+    return factor
+
+
+@wp.func
+def sphere_irradiance(distance: float, radius: float) -> float:
+    """Return the irradiance of a surface facing a sphere of radiance 1: pi r^2 / d^2, and pi inside it."""
+    if distance <= radius:
+        return wp.pi
+    return wp.pi * radius * radius / (distance * distance)
+
+
+@wp.func
+def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
+    """Return the vector irradiance from a capless cylinder of radiance 1.
+
+    Uniform radiance depends on the silhouette alone: the rectangle through the tangent lines, seen from the point.
+    Exact for a long cylinder, the ends being cut by the plane of that rectangle.
+    """
+    axial = wp.dot(to_center, light.axis_x)
+    radial = to_center - light.axis_x * axial
+    d = wp.length(radial)
+    if d <= light.radius:
+        return wp.vec3(0.0, 0.0, 0.0)
+    toward = radial / d
+    ratio = light.radius / d
+    # The tangent points lie r^2 / d before the axis, r sqrt(1 - (r / d)^2) to either side.
+    half_width = light.radius * wp.sqrt(1.0 - ratio * ratio)
+    center = to_center - toward * (light.radius * ratio)
+    half_x = light.axis_x * light.half_width
+    half_y = wp.cross(toward, light.axis_x) * half_width
+    result = rect_irradiance(center, half_x, half_y)
+    return wp.where(wp.dot(result, center) < 0.0, -result, result)
+
+
+@wp.func
+def sample_light(light: LightData, position: wp.vec3) -> LightSample:
+    """Return how a light reaches a point, shaping included, shadows not."""
+    s = LightSample()
+    if light.kind == KIND_DISTANT:
+        s.wi = light.axis_z
+        s.to_shadow = light.axis_z
+        s.distance = wp.inf
+        s.irradiance = light.emission
+        return s
+
+    to_center = light.position - position
+    distance = wp.length(to_center)
+    if distance == 0.0:
+        return s
+    s.distance = distance
+    s.to_shadow = to_center / distance
+    s.wi = s.to_shadow
+    amount = float(0.0)
+    if light.kind == KIND_POINT:
+        amount = wp.where(light.has_falloff != 0, wp.pi * light.radius * light.radius / (distance * distance), 1.0)
+    elif light.kind == KIND_SPHERE:
+        amount = sphere_irradiance(distance, light.radius)
+    else:
+        flux = wp.vec3(0.0, 0.0, 0.0)
+        if light.kind == KIND_CYLINDER:
+            flux = cylinder_irradiance(light, to_center)
+        elif wp.dot(to_center, light.axis_z) > 0.0:
+            if light.kind == KIND_DISK:
+                flux = disk_irradiance(to_center, -light.axis_z, light.radius)
+            else:
+                flux = rect_irradiance(to_center, light.axis_x * light.half_width, light.axis_y * light.half_height)
+        amount = wp.length(flux)
+        if amount > 0.0:
+            s.wi = flux / amount
+    s.irradiance = wp.cw_mul(light.emission * amount, cone_factor(light, wp.dot(s.to_shadow, light.axis_z)))
+    return s

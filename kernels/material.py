@@ -1,0 +1,308 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Materials at a surface point: the inputs of WhittedSurface and UsdPreviewSurface, evaluated into one struct."""
+
+import warp as wp
+
+from .constants import MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .structs import InputData, MaterialData, SceneData
+from .surface import Surface, eval_primvar, surface_tangents
+from .texture import eval_texture
+from .vector import face_forward, fresnel_schlick, refraction_discriminant
+
+MODEL_WHITTED = wp.constant(0)
+MODEL_PREVIEW = wp.constant(1)
+OPACITY_TRANSPARENT = wp.constant(0)
+OPACITY_PRESENCE = wp.constant(1)
+
+INPUT_COUNT = wp.constant(11)
+"""Inputs that every material has room for; those of WhittedSurface come first in its rows."""
+
+WHITTED_INPUTS = ("ambient", "diffuse", "specular", "shininess", "reflection", "transmission", "ior")
+PREVIEW_INPUTS = (
+    "diffuseColor",
+    "emissiveColor",
+    "specularColor",
+    "metallic",
+    "roughness",
+    "clearcoat",
+    "clearcoatRoughness",
+    "opacity",
+    "ior",
+    "normal",
+    "occlusion",
+)
+
+_AMBIENT, _DIFFUSE, _SPECULAR, _SHININESS = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
+_REFLECTION, _TRANSMISSION, _IOR = wp.constant(4), wp.constant(5), wp.constant(6)
+_DIFFUSE_COLOR, _EMISSIVE, _SPECULAR_COLOR, _METALLIC = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
+_ROUGHNESS, _COAT, _COAT_ROUGHNESS, _OPACITY = wp.constant(4), wp.constant(5), wp.constant(6), wp.constant(7)
+_PREVIEW_IOR, _NORMAL, _OCCLUSION = wp.constant(8), wp.constant(9), wp.constant(10)
+
+
+@wp.struct
+class Shading:
+    """A surface point and its material, as one side of it answers to light: all that the ray tree asks for."""
+
+    model: wp.int32
+    n: wp.vec3
+    """Unit shading normal on the side that the ray came from."""
+    wo: wp.vec3
+    """Unit, towards the viewer: the lecture's V."""
+    presence: wp.float32
+    """Share of the surface that is there; the rest lets rays pass straight on, uncounted."""
+    ambient: wp.vec3
+    """ka; for UsdPreviewSurface occlusion times diffuse."""
+    emission: wp.vec3
+    diffuse: wp.vec3
+    """kd; for UsdPreviewSurface the albedo before the Fresnel factor."""
+    specular: wp.vec3
+    """ks; for UsdPreviewSurface the reflectance at normal incidence F0."""
+    specular_grazing: wp.vec3
+    """F90."""
+    exponent: wp.float32
+    """The lecture's n."""
+    alpha: wp.float32
+    """GGX width, roughness squared."""
+    coat: wp.float32
+    coat_f0: wp.float32
+    coat_alpha: wp.float32
+    has_local: wp.int32
+    """1 where any light could add to I_local: without it no shadow ray is cast."""
+    kr: wp.vec3
+    kt: wp.vec3
+    gloss: wp.vec3
+    """Specular reflectance that mirror rays do not carry, the surface being too rough: what a dome adds by its blur."""
+    eta: wp.float32
+    """n_incoming / n_outgoing for a ray that goes on through the surface; 1: straight."""
+
+
+@wp.func
+def eval_input(scene: SceneData, surface: Surface, data: InputData) -> wp.vec4:
+    """Return one input at a surface point."""
+    value = data.value
+    if data.texture >= 0:
+        texture = scene.textures[data.texture]
+        fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
+        st = eval_primvar(scene, surface, texture.primvar, fallback)
+        value = eval_texture(scene, texture, wp.vec2(st[0], st[1]))
+    elif data.primvar >= 0:
+        value = eval_primvar(scene, surface, data.primvar, data.value)
+    if data.channel >= 0:
+        c = value[data.channel]
+        return wp.vec4(c, c, c, c)
+    return value
+
+
+@wp.func
+def input_vec3(scene: SceneData, surface: Surface, index: int) -> wp.vec3:
+    """Return a colour input of the surface's material."""
+    value = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index])
+    return wp.vec3(value[0], value[1], value[2])
+
+
+@wp.func
+def input_float(scene: SceneData, surface: Surface, index: int) -> float:
+    """Return a scalar input of the surface's material."""
+    return eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index])[0]
+
+
+@wp.func
+def mirror_share(roughness: float) -> float:
+    """Return how much of a rough surface's reflectance a single mirror ray stands for, from 1 down to 0.
+
+    1 up to roughness 0.1, 0 from 0.4 on, a smooth step between: a lobe wider than that is not a mirror's.
+    """
+    x = wp.clamp((roughness - MIRROR_FADE_START) / (MIRROR_FADE_END - MIRROR_FADE_START), 0.0, 1.0)
+    return 1.0 - x * x * (3.0 - 2.0 * x)
+
+
+@wp.func
+def shading_normal(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3) -> wp.vec3:
+    """Return the unit shading normal, bent by the normal map if there is one, on the viewer's side."""
+    n = surface.n_shading
+    if material.has_normal_map != 0:
+        data = scene.inputs[surface.material * INPUT_COUNT + _NORMAL]
+        if data.texture >= 0:
+            tangent, bitangent = surface_tangents(scene, surface, scene.textures[data.texture].primvar)
+            # An orthonormal frame about the interpolated normal; mirrored texture coordinates keep their handedness.
+            t = tangent - n * wp.dot(n, tangent)
+            b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
+            if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
+                m = input_vec3(scene, surface, _NORMAL)
+                bent = wp.normalize(t) * m[0] + wp.normalize(b) * m[1] + n * m[2]
+                if wp.length_sq(bent) > 0.0:
+                    n = wp.normalize(bent)
+    return face_forward(n, wo)
+
+
+@wp.func
+def passage_eta(surface: Surface, is_closed: int, wo: wp.vec3, ior: float) -> float:
+    """Return n_incoming / n_outgoing, vacuum being outside; 1 for a surface that bounds no volume.
+
+    Entering or leaving is told by the side of the geometric normal that the ray comes from.
+    """
+    if is_closed == 0 or ior <= 0.0:
+        return 1.0
+    return wp.where(wp.dot(surface.n_geometric, wo) > 0.0, 1.0 / ior, ior)
+
+
+@wp.func
+def eval_whitted(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3) -> Shading:
+    """Return the lecture's material at a surface point."""
+    s = Shading()
+    s.model = MODEL_WHITTED
+    s.n = shading_normal(scene, surface, material, wo)
+    s.wo = wo
+    s.presence = 1.0
+    s.ambient = input_vec3(scene, surface, _AMBIENT)
+    s.diffuse = input_vec3(scene, surface, _DIFFUSE)
+    s.specular = input_vec3(scene, surface, _SPECULAR)
+    s.exponent = input_float(scene, surface, _SHININESS)
+    s.kr = input_vec3(scene, surface, _REFLECTION)
+    s.kt = input_vec3(scene, surface, _TRANSMISSION)
+    is_closed = scene.meshes[surface.mesh].is_closed
+    s.eta = passage_eta(surface, is_closed, wo, input_float(scene, surface, _IOR))
+    local = s.diffuse + s.specular
+    s.has_local = wp.where(wp.max(local[0], wp.max(local[1], local[2])) > 0.0, 1, 0)
+    return s
+
+
+@wp.func
+def preview_f0(diffuse: wp.vec3, specular: wp.vec3, metallic: float, ior: float, use_specular_workflow: int) -> wp.vec3:
+    """Return UsdPreviewSurface's reflectance at normal incidence.
+
+    Reference: UsdPreviewSurface Specification 2.6, section Core Nodes, useSpecularWorkflow and ior.
+    """
+    if use_specular_workflow != 0:
+        return specular
+    r = (1.0 - ior) / (1.0 + ior)
+    one = wp.vec3(1.0, 1.0, 1.0)
+    color = one + (diffuse - one) * metallic
+    return (color * (r * r)) * (1.0 - metallic) + color * metallic
+
+
+@wp.func
+def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3) -> Shading:
+    """Return a UsdPreviewSurface at a surface point, its mirror and glass rays included.
+
+    Kr is Schlick's Fresnel reflectance of base and clearcoat, each times ``mirror_share`` of its roughness;
+    Kt is (1 - opacity) (1 - Fresnel) in opacityMode transparent.
+
+    Reference: UsdPreviewSurface Specification 2.6.
+    """
+    s = Shading()
+    s.model = MODEL_PREVIEW
+    s.n = shading_normal(scene, surface, material, wo)
+    s.wo = wo
+    opacity = wp.clamp(input_float(scene, surface, _OPACITY), 0.0, 1.0)
+    if material.opacity_threshold > 0.0:
+        opacity = wp.where(opacity >= material.opacity_threshold, 1.0, 0.0)
+    s.presence = 1.0
+    if material.opacity_threshold > 0.0 or material.opacity_mode == OPACITY_PRESENCE:
+        s.presence = opacity
+        opacity = 1.0
+
+    color = input_vec3(scene, surface, _DIFFUSE_COLOR)
+    metallic = wp.clamp(input_float(scene, surface, _METALLIC), 0.0, 1.0)
+    roughness = wp.max(input_float(scene, surface, _ROUGHNESS), ROUGHNESS_MIN)
+    ior = input_float(scene, surface, _PREVIEW_IOR)
+    one = wp.vec3(1.0, 1.0, 1.0)
+    s.specular = preview_f0(
+        color, input_vec3(scene, surface, _SPECULAR_COLOR), metallic, ior, material.use_specular_workflow
+    )
+    s.specular_grazing = one
+    s.diffuse = color * opacity
+    if material.use_specular_workflow == 0:
+        s.specular_grazing = one + (color - one) * metallic
+        s.diffuse = s.diffuse * (1.0 - metallic)
+    s.ambient = s.diffuse * input_float(scene, surface, _OCCLUSION)
+    s.emission = input_vec3(scene, surface, _EMISSIVE)
+    s.alpha = roughness * roughness
+    s.coat = wp.max(input_float(scene, surface, _COAT), 0.0)
+    coat_roughness = wp.max(input_float(scene, surface, _COAT_ROUGHNESS), ROUGHNESS_MIN)
+    s.coat_alpha = coat_roughness * coat_roughness
+    r = (1.0 - ior) / (1.0 + ior)
+    s.coat_f0 = r * r
+    s.has_local = 1
+
+    is_closed = scene.meshes[surface.mesh].is_closed
+    s.eta = passage_eta(surface, is_closed, wo, ior)
+    cos_o = wp.abs(wp.dot(s.n, wo))
+    if s.eta > 1.0 and opacity < 1.0:
+        # From inside, Schlick's formula takes the angle on the thin side; beyond the critical angle it gives F90.
+        cos_o = wp.sqrt(wp.max(refraction_discriminant(cos_o, s.eta), 0.0))
+    fresnel = fresnel_schlick(s.specular, s.specular_grazing, cos_o)
+    coat_fresnel = s.coat * (s.coat_f0 + (1.0 - s.coat_f0) * wp.pow(1.0 - cos_o, 5.0))
+    share = mirror_share(roughness)
+    coat_share = mirror_share(coat_roughness)
+    s.kr = fresnel * share + one * (coat_fresnel * coat_share)
+    s.gloss = fresnel * (1.0 - share) + one * (coat_fresnel * (1.0 - coat_share))
+    s.kt = (one - fresnel) * (1.0 - opacity)
+    return s
+
+
+@wp.func
+def eval_material(scene: SceneData, surface: Surface, wo: wp.vec3) -> Shading:
+    """Return the surface's material as seen from the unit direction ``wo``."""
+    material = scene.materials[surface.material]
+    if material.model == MODEL_WHITTED:
+        return eval_whitted(scene, surface, material, wo)
+    return eval_preview(scene, surface, material, wo)
+
+
+@wp.func
+def ggx_specular(f0: wp.vec3, f90: wp.vec3, alpha: float, n: wp.vec3, wo: wp.vec3, wi: wp.vec3) -> wp.vec3:
+    """Return the Cook-Torrance BRDF with the GGX distribution, Schlick's Fresnel and Smith's shadowing (k = alpha / 2).
+
+    Reference: Walter et al. (2007), Microfacet Models for Refraction through Rough Surfaces, equation 33; Karis (2013),
+    Real Shading in Unreal Engine 4; UsdPreviewSurface Specification 2.6.
+    """
+    n_wi = wp.dot(n, wi)
+    n_wo = wp.abs(wp.dot(n, wo)) + 1.0e-6
+    h = wp.normalize(wo + wi)
+    n_h = wp.dot(n, h)
+    a2 = alpha * alpha
+    # 1 - n_h^2 from the cross product: the subtraction would lose every digit of a narrow lobe.
+    sin2 = wp.length_sq(wp.cross(n, h))
+    q = a2 * n_h * n_h + sin2
+    d = a2 / (wp.pi * q * q)
+    k = 0.5 * alpha
+    g = (n_wi / (n_wi * (1.0 - k) + k)) * (n_wo / (n_wo * (1.0 - k) + k))
+    return fresnel_schlick(f0, f90, wp.dot(wo, h)) * (d * g / (4.0 * n_wi * n_wo))
+
+
+@wp.func
+def phong(diffuse: wp.vec3, specular: wp.vec3, exponent: float, n: wp.vec3, wo: wp.vec3, wi: wp.vec3) -> wp.vec3:
+    """Return the lecture's local Phong term, kd (N.L) + ks max(R.V, 0)^n with R = 2 (N.L) N - L.
+
+    Reference: Phong (1975), Illumination for Computer Generated Pictures, CACM 18(6).
+    """
+    n_wi = wp.dot(n, wi)
+    r_wo = wp.max(wp.dot(2.0 * n_wi * n - wi, wo), 0.0)
+    highlight = wp.where(r_wo > 0.0, wp.pow(r_wo, exponent), 0.0)
+    return diffuse * n_wi + specular * highlight
+
+
+@wp.func
+def eval_response(s: Shading, wi: wp.vec3, diffuse_scale: float, specular_scale: float) -> wp.vec3:
+    """Return the radiance towards the viewer for a light of colour I_l = 1 in unit direction ``wi``, where N.L > 0.
+
+    Args:
+        s: The surface.
+        wi: Unit direction to the light: the lecture's L.
+        diffuse_scale: The light's multiplier of diffuse reflection.
+        specular_scale: The light's multiplier of specular reflection.
+    """
+    if s.model == MODEL_WHITTED:
+        return phong(s.diffuse * diffuse_scale, s.specular * specular_scale, s.exponent, s.n, s.wo, wi)
+    n_wi = wp.dot(s.n, wi)
+    h = wp.normalize(s.wo + wi)
+    one = wp.vec3(1.0, 1.0, 1.0)
+    transmitted = one - fresnel_schlick(s.specular, s.specular_grazing, wp.dot(s.wo, h))
+    brdf = wp.cw_mul(s.diffuse, transmitted) * (diffuse_scale / wp.pi)
+    brdf += ggx_specular(s.specular, s.specular_grazing, s.alpha, s.n, s.wo, wi) * specular_scale
+    if s.coat > 0.0:
+        coat = ggx_specular(one * s.coat_f0, one, s.coat_alpha, s.n, s.wo, wi)
+        brdf += coat * (s.coat * specular_scale)
+    return brdf * (wp.pi * n_wi)

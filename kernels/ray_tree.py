@@ -1,0 +1,301 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The ray tree of a pixel, walked depth first with an explicit stack, and the kernel that does so for a tile.
+
+I = I_local + Kr R + Kt T at every node. Substituted into one another the equations become a sum over nodes of I_local
+times the product of the coefficients on the way, so a node needs no memory of its parent but that product: it is
+``RayTask.coefficient``, and the stack holds the rays that still wait.
+"""
+
+import warp as wp
+
+from .bvh_structs import AccelData, Hit, Stack, Stacks, stack_of_thread
+from .bvh_traverse import closest_hit
+from .camera import eye_direction, eye_origin
+from .constants import PASS_LIMIT
+from .environment import environment
+from .material import Shading, eval_material
+from .ray_counts import (
+    DROPPED_BY_DEPTH,
+    DROPPED_BY_THRESHOLD,
+    PASSED,
+    PRIMARY,
+    TOTAL_INTERNAL_REFLECTION,
+    count,
+    count_reflection,
+    count_refraction,
+)
+from .sampling import sample_position
+from .shading import local_illumination
+from .structs import CameraData, FilmData, RayTask, RenderData, SceneData
+from .surface import NORMALS_SLOT, Surface, eval_primvar, make_surface, spawn_origin
+from .vector import max_component, reflect, refract, refraction_discriminant
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+AOV_DEPTH = wp.constant(1)
+AOV_DISTANCE = wp.constant(2)
+AOV_NORMAL = wp.constant(4)
+AOV_POSITION = wp.constant(8)
+AOV_UV = wp.constant(16)
+AOV_PRIM = wp.constant(32)
+AOV_INSTANCE = wp.constant(64)
+AOV_ELEMENT = wp.constant(128)
+
+
+@wp.struct
+class FirstHit:
+    """What the eye ray met first: for the AOVs."""
+
+    hit: Hit
+    surface: Surface
+    distance: wp.float32
+    """Along the eye ray from the camera; infinite where nothing was met."""
+
+
+@wp.func
+def task_capacity(depth: int) -> int:
+    """Return how many tasks can wait at once.
+
+    A node pops one task and pushes at most three: its pass-through, its refraction and its reflection. Depth first, two
+    of them wait while the third is followed, and no path has more nodes than bounces and pass-throughs together.
+    """
+    return 2 * (depth + wp.static(PASS_LIMIT)) + 1
+
+
+@wp.func
+def is_kept(coefficient: wp.vec3, task: RayTask, render: RenderData, counts: wp.array[wp.int64]) -> bool:
+    """Return whether a child with this coefficient is traced; count it as dropped by what stops it first.
+
+    Reference: Hall and Greenberg (1983), A Testbed for Realistic Image Synthesis, IEEE CG&A 3(8), adaptive tree depth.
+    """
+    largest = max_component(coefficient)
+    if largest <= 0.0:
+        return False
+    if task.weight * largest < render.threshold:
+        count(counts, DROPPED_BY_THRESHOLD)
+        return False
+    if task.depth >= render.depth:
+        count(counts, DROPPED_BY_DEPTH)
+        return False
+    return True
+
+
+@wp.func
+def child_task(parent: RayTask, surface: Surface, direction: wp.vec3, coefficient: wp.vec3) -> RayTask:
+    """Return the task of a ray that is one level deeper."""
+    child = RayTask()
+    child.origin = spawn_origin(surface, direction)
+    child.direction = direction
+    child.coefficient = wp.cw_mul(parent.coefficient, coefficient)
+    child.weight = parent.weight * max_component(coefficient)
+    child.depth = parent.depth + 1
+    child.passes = parent.passes
+    return child
+
+
+@wp.func
+def push_children(
+    tasks: wp.array[RayTask],
+    top: int,
+    task: RayTask,
+    surface: Surface,
+    shading: Shading,
+    render: RenderData,
+    counts: wp.array[wp.int64],
+) -> int:
+    """Push the refraction and the reflection ray of a node; return the new top of the stack.
+
+    Diffuse surfaces (Kr = Kt = 0) push nothing. Total internal reflection has no T, and R is weighted by Kr + Kt.
+    """
+    kr = shading.kr
+    kt = shading.kt
+    if max_component(kt) > 0.0:
+        cos_in = wp.dot(shading.n, shading.wo)
+        if refraction_discriminant(cos_in, shading.eta) < 0.0:
+            count(counts, TOTAL_INTERNAL_REFLECTION)
+            kr = kr + kt
+        elif is_kept(kt, task, render, counts):
+            direction = task.direction
+            if shading.eta != 1.0:
+                direction = refract(task.direction, shading.n, shading.eta)
+            tasks[top] = child_task(task, surface, direction, kt)
+            top += 1
+            count_refraction(counts, task.depth + 1)
+    if is_kept(kr, task, render, counts):
+        tasks[top] = child_task(task, surface, wp.normalize(reflect(task.direction, shading.n)), kr)
+        top += 1
+        count_reflection(counts, task.depth + 1)
+    return top
+
+
+@wp.func
+def trace_tree(
+    scene: SceneData,
+    accel: AccelData,
+    render: RenderData,
+    origin: wp.vec3,
+    direction: wp.vec3,
+    t_max: float,
+    tasks: wp.array[RayTask],
+    stack: Stack,
+    counts: wp.array[wp.int64],
+):
+    """Return the radiance and alpha (vec4) that an eye ray brings back, and what it met first.
+
+    Args:
+        scene: Shading data.
+        accel: Hierarchies.
+        render: Terms of the tree.
+        origin: Of the eye ray, world space.
+        direction: Unit.
+        t_max: Farthest distance that the eye ray sees.
+        tasks: Scratch, at least ``task_capacity`` long.
+        stack: Scratch of the traversal.
+        counts: Counter row.
+    """
+    first = FirstHit()
+    first.hit.instance = -1
+    first.distance = wp.inf
+    color = wp.vec3(0.0, 0.0, 0.0)
+    alpha = float(0.0)
+    eye = RayTask()
+    eye.origin = origin
+    eye.direction = direction
+    eye.coefficient = wp.vec3(1.0, 1.0, 1.0)
+    eye.weight = 1.0
+    eye.depth = 1
+    tasks[0] = eye
+    count(counts, PRIMARY)
+    travelled = float(0.0)  # by the eye ray, over what it passed straight through
+    top = int(1)
+    while top > 0:
+        top -= 1
+        task = tasks[top]
+        reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
+        hit = closest_hit(accel, task.origin, task.direction, reach, stack)
+        if hit.instance < 0:
+            behind, behind_alpha = environment(scene, render, task.direction, task.depth)
+            color += wp.cw_mul(task.coefficient, behind)
+            if task.depth == 1:
+                alpha += task.weight * behind_alpha
+            continue
+        surface = make_surface(scene, hit.instance, hit.triangle, hit.u, hit.v)
+        shading = eval_material(scene, surface, -task.direction)
+        if task.depth == 1:
+            travelled += hit.t
+            alpha += task.weight * shading.presence
+            if first.hit.instance < 0 and shading.presence > 0.0:
+                first.hit = hit
+                first.surface = surface
+                first.distance = travelled
+        if shading.presence < 1.0:
+            if task.passes < PASS_LIMIT:
+                onward = task
+                onward.origin = spawn_origin(surface, task.direction)
+                onward.coefficient = task.coefficient * (1.0 - shading.presence)
+                onward.weight = task.weight * (1.0 - shading.presence)
+                onward.passes = task.passes + 1
+                tasks[top] = onward
+                top += 1
+                count(counts, PASSED)
+            if shading.presence <= 0.0:
+                continue
+            task.coefficient = task.coefficient * shading.presence
+            task.weight = task.weight * shading.presence
+        local = local_illumination(scene, accel, render, stack, surface, shading, task.depth, counts)
+        color += wp.cw_mul(task.coefficient, local)
+        top = push_children(tasks, top, task, surface, shading, render, counts)
+    return wp.vec4(color[0], color[1], color[2], alpha), first
+
+
+@wp.func
+def write_aovs(
+    scene: SceneData, camera: CameraData, film: FilmData, row: int, column: int, first: FirstHit, cosine: float
+):
+    """Write the AOVs of one pixel from what its first sample met; ids are never filtered.
+
+    Args:
+        scene: Shading data.
+        camera: Of the film.
+        film: AOV arrays.
+        row: Of the pixel in the film.
+        column: Of the pixel in the film.
+        first: What the eye ray met.
+        cosine: Between the eye ray and the view axis.
+    """
+    mask = film.aov_mask
+    is_hit = first.hit.instance >= 0
+    if (mask & AOV_DEPTH) != 0:
+        film.depth[row, column] = wp.where(is_hit, first.distance * cosine, wp.inf)
+    if (mask & AOV_DISTANCE) != 0:
+        film.distance[row, column] = first.distance
+    if not is_hit:
+        return
+    surface = first.surface
+    if (mask & AOV_NORMAL) != 0:
+        film.normal[row, column] = surface.n_shading
+    if (mask & AOV_POSITION) != 0:
+        film.position[row, column] = surface.position
+    if (mask & AOV_UV) != 0:
+        st = eval_primvar(scene, surface, wp.static(int(NORMALS_SLOT) + 1), wp.vec4(0.0, 0.0, 0.0, 0.0))
+        film.uv[row, column] = wp.vec2(st[0], st[1])
+    if (mask & AOV_PRIM) != 0:
+        film.prim[row, column] = scene.instances[surface.instance].prim
+    if (mask & AOV_INSTANCE) != 0:
+        film.instance[row, column] = scene.instances[surface.instance].id
+    if (mask & AOV_ELEMENT) != 0:
+        face_offset = scene.meshes[surface.mesh].face_offset
+        element = surface.triangle
+        if face_offset >= 0:
+            element = scene.face_ids[face_offset + surface.triangle]
+        film.element[row, column] = element
+
+
+@wp.kernel
+def render_tile(
+    scene: SceneData,
+    accel: AccelData,
+    camera: CameraData,
+    render: RenderData,
+    film: FilmData,
+    tasks: wp.array2d[RayTask],
+    stacks: Stacks,
+    counts: wp.array2d[wp.int64],
+    tile: wp.vec4i,
+    sample: int,
+):
+    """Add one sample to every pixel of a tile (x, y, width, height; film coordinates).
+
+    One thread is one pixel; it writes that pixel of the film, and counts in the row of ``counts`` that its scratch has.
+    Scratch has one row where threads run one after the other, as on a CPU, else at least one for each thread.
+    """
+    i = wp.tid()
+    column = tile[0] + i % tile[2]
+    row = tile[1] + i // tile[2]
+    scratch = wp.where(tasks.shape[0] > 1, i, 0)
+    x = film.x + column
+    y = film.y + row
+    p = sample_position(x, y, sample, render.sample_count, render.seed)
+    image_x = float(x) + p[0]
+    image_y = float(y) + p[1]
+    direction = eye_direction(camera, image_x, image_y)
+    cosine = wp.dot(direction, camera.forward)
+    near = camera.near / cosine
+    origin = eye_origin(camera, image_x, image_y) + near * direction
+    stack = stack_of_thread(stacks, scratch)
+    value, first = trace_tree(
+        scene,
+        accel,
+        render,
+        origin,
+        direction,
+        camera.far / cosine - near,
+        tasks[scratch],
+        stack,
+        counts[scratch % counts.shape[0]],
+    )
+    first.distance += near
+    film.color[row, column] = film.color[row, column] + value
+    if sample == 0:
+        write_aovs(scene, camera, film, row, column, first, cosine)

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Local illumination: I_local, with its shadow rays."""
+
+import warp as wp
+
+from .bvh_structs import AccelData, Stack
+from .bvh_traverse import any_hit, closest_hit
+from .constants import PASS_LIMIT
+from .environment import dome_irradiance
+from .light import sample_light
+from .material import MODEL_WHITTED, Shading, eval_material, eval_response
+from .ray_counts import count_shadow
+from .structs import RenderData, SceneData
+from .surface import Surface, make_surface, spawn_origin
+from .vector import max_component
+
+SHADOW_OPAQUE = wp.constant(0)
+SHADOW_AUTO = wp.constant(1)
+SHADOW_TRANSMIT = wp.constant(2)
+
+
+@wp.func
+def shadow_ray(
+    scene: SceneData,
+    accel: AccelData,
+    mode: int,
+    stack: Stack,
+    surface: Surface,
+    direction: wp.vec3,
+    distance: float,
+) -> wp.vec3:
+    """Return the share of a light that arrives, per channel: the lecture's S.
+
+    Opaque: any hit on the way gives 0. Transmit: the product of Kt over the surfaces crossed in a straight line. Auto:
+    the first for WhittedSurface, the second for UsdPreviewSurface. What is missing of a surface (its presence below 1)
+    lets light through in both of these.
+    """
+    one = wp.vec3(1.0, 1.0, 1.0)
+    zero = wp.vec3(0.0, 0.0, 0.0)
+    origin = spawn_origin(surface, direction)
+    if mode == SHADOW_OPAQUE:
+        return wp.where(any_hit(accel, origin, direction, distance, stack), zero, one)
+    result = one
+    remaining = float(distance)
+    for _crossing in range(wp.int32(PASS_LIMIT)):
+        hit = closest_hit(accel, origin, direction, remaining, stack)
+        if hit.instance < 0:
+            return result
+        crossed = make_surface(scene, hit.instance, hit.triangle, hit.u, hit.v)
+        shading = eval_material(scene, crossed, -direction)
+        kt = shading.kt * shading.presence
+        if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
+            kt = zero
+        result = wp.cw_mul(result, kt + one * (1.0 - shading.presence))
+        if max_component(result) <= 0.0:
+            return zero
+        origin = spawn_origin(crossed, direction)
+        remaining -= hit.t
+    return zero
+
+
+@wp.func
+def local_illumination(
+    scene: SceneData,
+    accel: AccelData,
+    render: RenderData,
+    stack: Stack,
+    surface: Surface,
+    shading: Shading,
+    depth: int,
+    counts: wp.array[wp.int64],
+) -> wp.vec3:
+    """Return I_local = ka Ia + sum over lights with N.L > 0 of S I_l (kd (N.L) + ks max(R_l.V, 0)^n).
+
+    UsdPreviewSurface puts its own BRDF in the bracket and adds its emission. Domes have no direction to shadow: they
+    add their irradiance to what is diffuse, and to what is glossy but no mirror.
+    """
+    result = shading.emission + wp.cw_mul(shading.ambient, render.ambient)
+    if shading.has_local == 0:
+        return result
+    for k in range(scene.light_count):
+        light = scene.lights[k]
+        sample = sample_light(light, surface.position)
+        if wp.dot(shading.n, sample.wi) > 0.0:
+            visible = wp.vec3(1.0, 1.0, 1.0)
+            if light.casts_shadow != 0:
+                count_shadow(counts, depth)
+                mode = render.shadow_mode
+                visible = shadow_ray(scene, accel, mode, stack, surface, sample.to_shadow, sample.distance)
+            if max_component(visible) > 0.0:
+                light_color = sample.irradiance * (1.0 / wp.pi)
+                response = eval_response(shading, sample.wi, light.diffuse, light.specular)
+                result += wp.cw_mul(wp.cw_mul(visible, light_color), response)
+    for k in range(scene.dome_count):
+        dome = scene.domes[k]
+        result += wp.cw_mul(shading.diffuse, dome_irradiance(scene, dome, shading.n)) * (dome.diffuse / wp.pi)
+        if max_component(shading.gloss) > 0.0:
+            mirrored = 2.0 * wp.dot(shading.n, shading.wo) * shading.n - shading.wo
+            result += wp.cw_mul(shading.gloss, dome_irradiance(scene, dome, mirrored)) * (dome.specular / wp.pi)
+    return result

@@ -1,0 +1,253 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The structs that carry a scene, a camera and the terms of a render into kernels; one field, one meaning."""
+
+import warp as wp
+
+mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)
+"""Affine transform of column vectors: the linear part and the translation in column 3."""
+
+
+@wp.struct
+class MeshData:
+    """Where one mesh's data begin in the scene's shared arrays."""
+
+    point_offset: wp.int32
+    """First of its vertices in ``SceneData.points``."""
+    triangle_offset: wp.int32
+    """First of its triangles in ``SceneData.corners``, whose entries are relative to ``point_offset``."""
+    slot_offset: wp.int32
+    """First of its material slots in ``SceneData.material_slots``; -1: slot 0 for every triangle."""
+    face_offset: wp.int32
+    """First of its face ids in ``SceneData.face_ids``; -1: a triangle's own index."""
+    is_closed: wp.int32
+    """1 where the surface bounds a volume."""
+
+
+@wp.struct
+class PrimvarData:
+    """One primvar of one mesh."""
+
+    component_count: wp.int32
+    """1 to 4; 0: the mesh has no such primvar."""
+    value_offset: wp.int32
+    """First component of row 0 in ``SceneData.primvar_values``."""
+    corner_offset: wp.int32
+    """First triangle's rows in ``SceneData.corners``; -1: constant, row 0."""
+
+
+@wp.struct
+class InstanceData:
+    """One placed mesh."""
+
+    world_from_local: mat34
+    local_from_world: mat34
+    mesh: wp.int32
+    material_offset: wp.int32
+    """First of its materials in ``SceneData.material_table``."""
+    prim: wp.int32
+    """primId."""
+    id: wp.int32
+    """instanceId or -1."""
+
+
+@wp.struct
+class ImageData:
+    """Texels of one image in the scene's shared arrays."""
+
+    offset: wp.int32
+    width: wp.int32
+    height: wp.int32
+    is_float: wp.int32
+    """1: ``SceneData.texels_float``, 0: ``SceneData.texels_byte``."""
+
+
+@wp.struct
+class TextureData:
+    """An image read through texture coordinates."""
+
+    image: wp.int32
+    """-1: the file was unreadable, the result is ``fallback``."""
+    primvar: wp.int32
+    """Primvar slot of the texture coordinates."""
+    uv_fallback: wp.vec2
+    row_u: wp.vec3
+    """u' = dot(row_u, (u, v, 1))."""
+    row_v: wp.vec3
+    wrap_s: wp.int32
+    wrap_t: wp.int32
+    is_srgb: wp.int32
+    scale: wp.vec4
+    bias: wp.vec4
+    fallback: wp.vec4
+
+
+@wp.struct
+class InputData:
+    """One input of a material: a constant, a texture or a primvar."""
+
+    value: wp.vec4
+    texture: wp.int32
+    primvar: wp.int32
+    channel: wp.int32
+    """0 to 3 picks one; -1 takes the vector."""
+
+
+@wp.struct
+class MaterialData:
+    """What a material says apart from its inputs."""
+
+    model: wp.int32
+    use_specular_workflow: wp.int32
+    opacity_mode: wp.int32
+    opacity_threshold: wp.float32
+    has_normal_map: wp.int32
+
+
+@wp.struct
+class LightData:
+    """A light in world space."""
+
+    kind: wp.int32
+    position: wp.vec3
+    axis_x: wp.vec3
+    """Unit, world direction of local X; so too ``axis_y`` and ``axis_z``. Light shines along -axis_z."""
+    axis_y: wp.vec3
+    axis_z: wp.vec3
+    emission: wp.vec3
+    """Distant, and point without fall-off: the irradiance of a facing surface. Else: its surface's radiance."""
+    radius: wp.float32
+    half_width: wp.float32
+    half_height: wp.float32
+    has_falloff: wp.int32
+    casts_shadow: wp.int32
+    diffuse: wp.float32
+    specular: wp.float32
+    focus: wp.float32
+    focus_tint: wp.vec3
+    cone_angle: wp.float32
+    """Half angle [rad]; pi or more: no cone."""
+    cone_softness: wp.float32
+
+
+@wp.struct
+class DomeData:
+    """Light from infinity."""
+
+    axis_x: wp.vec3
+    """World directions of the dome's local axes."""
+    axis_y: wp.vec3
+    axis_z: wp.vec3
+    radiance: wp.vec3
+    image: wp.int32
+    is_srgb: wp.int32
+    is_visible: wp.int32
+    irradiance_offset: wp.int32
+    """First entry of its irradiance map in ``SceneData.irradiance``; -1: constant, pi * radiance."""
+    diffuse: wp.float32
+    specular: wp.float32
+
+
+@wp.struct
+class SceneData:
+    """Everything that shading reads, as one argument."""
+
+    points: wp.array[wp.vec3]
+    corners: wp.array[wp.vec3i]
+    """Vertex indices of triangles, and rows of primvars at triangle corners."""
+    meshes: wp.array[MeshData]
+    primvars: wp.array[PrimvarData]
+    """Row-major [mesh, slot]; slot 0 holds the shading normals."""
+    primvar_values: wp.array[wp.float32]
+    primvar_count: wp.int32
+    material_slots: wp.array[wp.int32]
+    face_ids: wp.array[wp.int32]
+    instances: wp.array[InstanceData]
+    instance_primvars: wp.array2d[wp.vec4]
+    """[slot, instance], NaN where there is none; no columns where no instance overrides a primvar."""
+    material_table: wp.array[wp.int32]
+    materials: wp.array[MaterialData]
+    inputs: wp.array[InputData]
+    """Row-major [material, input]."""
+    textures: wp.array[TextureData]
+    images: wp.array[ImageData]
+    texels_byte: wp.array[wp.uint32]
+    """RGBA, red in the lowest byte."""
+    texels_float: wp.array[wp.vec4]
+    srgb_decode: wp.array[wp.float32]
+    """Linear value of each sRGB byte."""
+    lights: wp.array[LightData]
+    light_count: wp.int32
+    domes: wp.array[DomeData]
+    dome_count: wp.int32
+    irradiance: wp.array[wp.vec3]
+
+
+@wp.struct
+class CameraData:
+    """Eye rays: from ``origin`` plus the window point along the view (orthographic) or through it (perspective)."""
+
+    origin: wp.vec3
+    corner: wp.vec3
+    """Window's top left corner relative to ``origin``, world space."""
+    right: wp.vec3
+    """Across the window, left to right, world space; ``down`` likewise."""
+    down: wp.vec3
+    forward: wp.vec3
+    """Unit normal of the window, along the view."""
+    is_perspective: wp.int32
+    near: wp.float32
+    far: wp.float32
+    width: wp.int32
+    """Of the whole image [pixel]; the film may be a crop of it."""
+    height: wp.int32
+
+
+@wp.struct
+class RenderData:
+    """The terms of the ray tree."""
+
+    depth: wp.int32
+    threshold: wp.float32
+    ambient: wp.vec3
+    background: wp.vec3
+    background_alpha: wp.float32
+    """1 where something stands behind the scene: a background colour that was asked for."""
+    shadow_mode: wp.int32
+    sample_count: wp.int32
+    seed: wp.int32
+
+
+@wp.struct
+class RayTask:
+    """A ray of the tree that waits to be traced, and what its value will be multiplied by."""
+
+    origin: wp.vec3
+    direction: wp.vec3
+    coefficient: wp.vec3
+    """Product of the coefficients from the eye to here, per channel."""
+    weight: wp.float32
+    """Product of their largest channels: what the threshold is compared with."""
+    depth: wp.int32
+    passes: wp.int32
+    """Straight alpha pass-throughs so far."""
+
+
+@wp.struct
+class FilmData:
+    """Where pixels go. AOVs that nobody asked for have no elements and no bit in ``aov_mask``."""
+
+    x: wp.int32
+    """Position of the film's top left pixel in the whole image."""
+    y: wp.int32
+    aov_mask: wp.int32
+    color: wp.array2d[wp.vec4]
+    """Sum over samples of linear radiance and alpha."""
+    depth: wp.array2d[wp.float32]
+    distance: wp.array2d[wp.float32]
+    normal: wp.array2d[wp.vec3]
+    position: wp.array2d[wp.vec3]
+    uv: wp.array2d[wp.vec2]
+    prim: wp.array2d[wp.int32]
+    instance: wp.array2d[wp.int32]
+    element: wp.array2d[wp.int32]

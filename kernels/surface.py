@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The point that a ray hits: position, normals, primvars."""
+
+import warp as wp
+
+from .structs import SceneData, mat34
+from .vector import offset_origin
+
+NORMALS_SLOT = wp.constant(0)
+
+
+@wp.struct
+class Surface:
+    """A hit, made ready for shading, in world space."""
+
+    position: wp.vec3
+    n_geometric: wp.vec3
+    """Unit, outward: the side that counter-clockwise triangles face, under mirroring transforms too."""
+    n_shading: wp.vec3
+    """Unit, interpolated, on whichever side the mesh's normals are."""
+    scale: wp.float32
+    """Largest magnitude that took part in computing ``position``."""
+    u: wp.float32
+    v: wp.float32
+    triangle: wp.int32
+    """Index within the mesh."""
+    instance: wp.int32
+    mesh: wp.int32
+    material: wp.int32
+
+
+@wp.func
+def transform_point(m: mat34, p: wp.vec3) -> wp.vec3:
+    """Return a point under an affine transform."""
+    return wp.vec3(
+        m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3],
+        m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2] + m[1, 3],
+        m[2, 0] * p[0] + m[2, 1] * p[1] + m[2, 2] * p[2] + m[2, 3],
+    )
+
+
+@wp.func
+def transform_vector(m: mat34, v: wp.vec3) -> wp.vec3:
+    """Return a vector under the linear part of an affine transform."""
+    return wp.vec3(
+        m[0, 0] * v[0] + m[0, 1] * v[1] + m[0, 2] * v[2],
+        m[1, 0] * v[0] + m[1, 1] * v[1] + m[1, 2] * v[2],
+        m[2, 0] * v[0] + m[2, 1] * v[1] + m[2, 2] * v[2],
+    )
+
+
+@wp.func
+def transform_normal(inverse: mat34, n: wp.vec3) -> wp.vec3:
+    """Return a normal under the transform whose inverse is given: by the inverse's transpose, not unit."""
+    return wp.vec3(
+        inverse[0, 0] * n[0] + inverse[1, 0] * n[1] + inverse[2, 0] * n[2],
+        inverse[0, 1] * n[0] + inverse[1, 1] * n[1] + inverse[2, 1] * n[2],
+        inverse[0, 2] * n[0] + inverse[1, 2] * n[1] + inverse[2, 2] * n[2],
+    )
+
+
+@wp.func
+def interpolate_normal(n0: wp.vec3, n1: wp.vec3, n2: wp.vec3, alpha: float, beta: float) -> wp.vec3:
+    """Return the lecture's N_P = (1 - (alpha + beta)) N0 + alpha N1 + beta N2, not unit."""
+    return (1.0 - (alpha + beta)) * n0 + alpha * n1 + beta * n2
+
+
+@wp.func
+def max_abs(v: wp.vec3) -> float:
+    """Return the largest magnitude of three components."""
+    return wp.max(wp.abs(v[0]), wp.max(wp.abs(v[1]), wp.abs(v[2])))
+
+
+@wp.func
+def primvar_row(scene: SceneData, offset: int, component_count: int, row: int) -> wp.vec4:
+    """Return one row of a primvar's values, padded with zeros to four components."""
+    k = offset + row * component_count
+    value = wp.vec4(scene.primvar_values[k], 0.0, 0.0, 0.0)
+    if component_count > 1:
+        value[1] = scene.primvar_values[k + 1]
+    if component_count > 2:
+        value[2] = scene.primvar_values[k + 2]
+    if component_count > 3:
+        value[3] = scene.primvar_values[k + 3]
+    return value
+
+
+@wp.func
+def primvar_corner(scene: SceneData, mesh: int, slot: int, triangle: int, corner: int) -> wp.vec4:
+    """Return a primvar that the mesh has, at one corner of a triangle."""
+    primvar = scene.primvars[mesh * scene.primvar_count + slot]
+    row = int(0)
+    if primvar.corner_offset >= 0:
+        row = scene.corners[primvar.corner_offset + triangle][corner]
+    return primvar_row(scene, primvar.value_offset, primvar.component_count, row)
+
+
+@wp.func
+def eval_primvar(scene: SceneData, surface: Surface, slot: int, fallback: wp.vec4) -> wp.vec4:
+    """Return a primvar at a surface point: the instance's value, else the mesh's, else ``fallback``."""
+    if scene.instance_primvars.shape[1] > 0:
+        value = scene.instance_primvars[slot, surface.instance]
+        if not wp.isnan(value[0]):
+            return value
+    primvar = scene.primvars[surface.mesh * scene.primvar_count + slot]
+    if primvar.component_count == 0:
+        return fallback
+    if primvar.corner_offset < 0:
+        return primvar_row(scene, primvar.value_offset, primvar.component_count, 0)
+    rows = scene.corners[primvar.corner_offset + surface.triangle]
+    v0 = primvar_row(scene, primvar.value_offset, primvar.component_count, rows[0])
+    v1 = primvar_row(scene, primvar.value_offset, primvar.component_count, rows[1])
+    v2 = primvar_row(scene, primvar.value_offset, primvar.component_count, rows[2])
+    return v0 * (1.0 - surface.u - surface.v) + v1 * surface.u + v2 * surface.v
+
+
+@wp.func
+def make_surface(scene: SceneData, instance: int, triangle: int, u: float, v: float) -> Surface:
+    """Return the surface point with barycentrics (u, v) of a triangle of an instance."""
+    placed = scene.instances[instance]
+    mesh = scene.meshes[placed.mesh]
+    corner = scene.corners[mesh.triangle_offset + triangle]
+    p0 = scene.points[mesh.point_offset + corner[0]]
+    p1 = scene.points[mesh.point_offset + corner[1]]
+    p2 = scene.points[mesh.point_offset + corner[2]]
+
+    s = Surface()
+    s.instance = instance
+    s.triangle = triangle
+    s.mesh = placed.mesh
+    s.u = u
+    s.v = v
+    slot = int(0)
+    if mesh.slot_offset >= 0:
+        slot = scene.material_slots[mesh.slot_offset + triangle]
+    s.material = scene.material_table[placed.material_offset + slot]
+
+    # Barycentrics give a point on the triangle to within rounding; origin + t * direction would not.
+    local = (1.0 - u - v) * p0 + u * p1 + v * p2
+    s.position = transform_point(placed.world_from_local, local)
+    n_local = wp.cross(p1 - p0, p2 - p0)
+    s.n_geometric = wp.normalize(transform_normal(placed.local_from_world, n_local))
+    s.n_shading = s.n_geometric
+    normals = scene.primvars[placed.mesh * scene.primvar_count + NORMALS_SLOT]
+    if normals.component_count > 0:
+        n = eval_normals(scene, placed.mesh, triangle, u, v)
+        n_world = transform_normal(placed.local_from_world, n)
+        length = wp.length(n_world)
+        if length > 0.0:
+            s.n_shading = n_world / length
+
+    # Magnitudes that were added up for the position: the corners under the transform, and its translation.
+    reach = max_abs(transform_vector(placed.world_from_local, p0))
+    reach = wp.max(reach, max_abs(transform_vector(placed.world_from_local, p1)))
+    reach = wp.max(reach, max_abs(transform_vector(placed.world_from_local, p2)))
+    translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
+    s.scale = wp.max(reach, max_abs(translation))
+    return s
+
+
+@wp.func
+def eval_normals(scene: SceneData, mesh: int, triangle: int, u: float, v: float) -> wp.vec3:
+    """Return the interpolated normal of a mesh that has normals, local space, not unit."""
+    n0 = primvar_corner(scene, mesh, NORMALS_SLOT, triangle, 0)
+    n1 = primvar_corner(scene, mesh, NORMALS_SLOT, triangle, 1)
+    n2 = primvar_corner(scene, mesh, NORMALS_SLOT, triangle, 2)
+    return interpolate_normal(
+        wp.vec3(n0[0], n0[1], n0[2]), wp.vec3(n1[0], n1[1], n1[2]), wp.vec3(n2[0], n2[1], n2[2]), u, v
+    )
+
+
+@wp.func
+def surface_tangents(scene: SceneData, surface: Surface, slot: int):
+    """Return the two world directions in which the texture coordinates of a primvar grow; zero where it has none.
+
+    Reference: Lengyel (2001), Computing Tangent Space Basis Vectors for an Arbitrary Mesh; per triangle here.
+    """
+    zero = wp.vec3(0.0, 0.0, 0.0)
+    primvar = scene.primvars[surface.mesh * scene.primvar_count + slot]
+    if primvar.component_count < 2 or primvar.corner_offset < 0:
+        return zero, zero
+    placed = scene.instances[surface.instance]
+    mesh = scene.meshes[surface.mesh]
+    corner = scene.corners[mesh.triangle_offset + surface.triangle]
+    p0 = scene.points[mesh.point_offset + corner[0]]
+    e1 = transform_vector(placed.world_from_local, scene.points[mesh.point_offset + corner[1]] - p0)
+    e2 = transform_vector(placed.world_from_local, scene.points[mesh.point_offset + corner[2]] - p0)
+    uv0 = primvar_corner(scene, surface.mesh, slot, surface.triangle, 0)
+    uv1 = primvar_corner(scene, surface.mesh, slot, surface.triangle, 1) - uv0
+    uv2 = primvar_corner(scene, surface.mesh, slot, surface.triangle, 2) - uv0
+    det = uv1[0] * uv2[1] - uv2[0] * uv1[1]
+    if det == 0.0:
+        return zero, zero
+    return (e1 * uv2[1] - e2 * uv1[1]) / det, (e2 * uv1[0] - e1 * uv2[0]) / det
+
+
+@wp.func
+def spawn_origin(surface: Surface, direction: wp.vec3) -> wp.vec3:
+    """Return where a ray that leaves the surface along ``direction`` starts."""
+    return offset_origin(surface.position, surface.n_geometric, direction, surface.scale)

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Directions at a surface: reflection, refraction, Fresnel reflectance, and where a spawned ray starts."""
+
+import warp as wp
+
+from .constants import SPAWN_OFFSET
+
+
+@wp.func
+def max_component(v: wp.vec3) -> float:
+    """Return the largest of three components, the scalar that Hall and Greenberg's threshold looks at."""
+    return wp.max(v[0], wp.max(v[1], v[2]))
+
+
+@wp.func
+def face_forward(normal: wp.vec3, toward: wp.vec3) -> wp.vec3:
+    """Return ``normal`` or its opposite, whichever lies on the side of ``toward``."""
+    return wp.where(wp.dot(normal, toward) < 0.0, -normal, normal)
+
+
+@wp.func
+def reflect(direction: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """Return the mirror direction of unit ``direction``, travelling towards the surface, about unit ``normal``.
+
+    Reference: Whitted (1980), An Improved Illumination Model for Shaded Display, CACM 23(6), section 2.
+    """
+    return direction - normal * (2.0 * wp.dot(direction, normal))
+
+
+@wp.func
+def refraction_discriminant(cos_in: float, eta: float) -> float:
+    """Return the squared cosine of the refracted angle, by Snell's law; negative: total internal reflection.
+
+    Args:
+        cos_in: Cosine between the normal and the way back along the incoming ray.
+        eta: n_incoming / n_outgoing.
+    """
+    return 1.0 - eta * eta * (1.0 - cos_in * cos_in)
+
+
+@wp.func
+def refract(direction: wp.vec3, normal: wp.vec3, eta: float) -> wp.vec3:
+    """Return the unit direction that unit ``direction`` takes behind the surface; the zero vector if it cannot.
+
+    Args:
+        direction: Unit, travelling towards the surface.
+        normal: Unit, on the side that the ray comes from.
+        eta: n_incoming / n_outgoing.
+
+    Reference: Heckbert (1989), Derivation of Refraction Formulas, in Glassner, An Introduction to Ray Tracing.
+    """
+    cos_in = -wp.dot(direction, normal)
+    cos2_out = refraction_discriminant(cos_in, eta)
+    if cos2_out < 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    return wp.normalize(eta * direction + (eta * cos_in - wp.sqrt(cos2_out)) * normal)
+
+
+@wp.func
+def fresnel_schlick(f0: wp.vec3, f90: wp.vec3, cos_in: float) -> wp.vec3:
+    """Return the reflectance between ``f0`` (head on) and ``f90`` (grazing).
+
+    Reference: Schlick (1994), An Inexpensive BRDF Model for Physically-Based Rendering, equation 15.
+    """
+    c = wp.clamp(1.0 - cos_in, 0.0, 1.0)
+    c2 = c * c
+    return f0 + (f90 - f0) * (c2 * c2 * c)
+
+
+@wp.func
+def fresnel_dielectric(cos_in: float, eta: float) -> float:
+    """Return the unpolarised reflectance of a smooth dielectric boundary; 1 under total internal reflection.
+
+    Args:
+        cos_in: Cosine between the normal and the way back along the incoming ray, 0 to 1.
+        eta: n_incoming / n_outgoing.
+
+    Reference: Born and Wolf, Principles of Optics, section 1.5.2, equations 21a and 21b.
+    """
+    cos2_out = refraction_discriminant(cos_in, eta)
+    if cos2_out < 0.0:
+        return 1.0
+    cos_out = wp.sqrt(cos2_out)
+    parallel = (cos_in - eta * cos_out) / (cos_in + eta * cos_out)
+    perpendicular = (eta * cos_in - cos_out) / (eta * cos_in + cos_out)
+    return 0.5 * (parallel * parallel + perpendicular * perpendicular)
+
+
+@wp.func
+def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3, scale: float) -> wp.vec3:
+    """Return the start of a ray that leaves a surface at ``position`` along ``direction`` without meeting it again.
+
+    Args:
+        position: The hit point, world space.
+        normal: Unit geometric normal, either side.
+        direction: Of the new ray; the offset is towards its side of the surface.
+        scale: Largest magnitude that took part in computing ``position`` (see ``surface.py``).
+
+    Reference: Wächter and Binder (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems,
+    chapter 6. Differs: the offset is relative to ``scale`` instead of to each coordinate, so that it also holds under
+    instance transforms and for scenes much smaller than 1/32.
+    """
+    return position + face_forward(normal, direction) * (scale * SPAWN_OFFSET)

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The two calls that most people need: load a stage, render a stage."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from warp_rt.options import RenderOptions
+from warp_rt.scene import Scene
+
+if TYPE_CHECKING:
+    from warp_rt.image.image import Image
+
+
+def load_scene(
+    path_or_stage: str | PathLike[str] | Any,
+    *,
+    time: float | None = None,
+    default_time: bool = False,
+    purposes: tuple[str, ...] | None = None,
+) -> Scene:
+    """Return the scene that a USD stage holds.
+
+    Args:
+        path_or_stage: A .usda, .usdc, .usd or .usdz file, or an open ``Usd.Stage``.
+        time: Time code; None: the stage's start time code, as usdrecord does.
+        default_time: Read the default values instead of a time code.
+        purposes: Purposes to draw besides ``default``; None: what the render settings say, else ``proxy``.
+
+    Raises:
+        SceneError: The file cannot be read.
+    """
+    from warp_rt.usd.load import load_stage
+
+    return load_stage(path_or_stage, time=time, default_time=default_time, purposes=purposes)
+
+
+def render(
+    scene: str | PathLike[str] | Scene | Any,
+    *,
+    camera: str | None = None,
+    time: float | None = None,
+    device: str = "auto",
+    exposure: float = 0.0,
+    tonemap: str = "srgb",
+    **options: Any,
+) -> Image:
+    """Return the picture of a stage.
+
+    Args:
+        scene: A USD file, an open ``Usd.Stage``, or a :class:`Scene`.
+        camera: Path or name of the camera.
+        time: Time code; None: the stage's start.
+        device: ``auto``, ``cpu`` or ``cuda:N``.
+        exposure: Stops by which the picture is brightened when it is saved or shown.
+        tonemap: Tone curve of 8-bit pictures, ``srgb`` or ``raw``.
+        **options: Fields of :class:`RenderOptions`.
+
+    Raises:
+        WarpRtError: See the kinds in ``warp_rt.errors``.
+    """
+    from warp_rt.image.image import Image
+    from warp_rt.renderer import Renderer
+
+    chosen = RenderOptions(**options)
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
+    film = Renderer(loaded, chosen, device=device).render(camera=camera)
+    return Image(film, exposure=exposure, tonemap=tonemap)

@@ -1,0 +1,325 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Scene to DeviceScene: every array that shading reads, packed into one struct on one device."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rt.dome import irradiance_map
+from warp_rt.kernels import structs
+from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
+from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
+from warp_rt.scene import Dome, Input, Light, LightKind, Material, MaterialModel, Mesh, Primvar, Scene
+
+# Defaults of the two specifications: WhittedSurface (docs/whitted.md), UsdPreviewSurface 2.6.
+_WHITTED_DEFAULTS: dict[str, tuple[float, ...]] = {
+    "ambient": (0.1, 0.1, 0.1),
+    "diffuse": (0.8, 0.8, 0.8),
+    "specular": (0.0, 0.0, 0.0),
+    "shininess": (32.0,),
+    "reflection": (0.0, 0.0, 0.0),
+    "transmission": (0.0, 0.0, 0.0),
+    "ior": (1.5,),
+}
+_PREVIEW_DEFAULTS: dict[str, tuple[float, ...]] = {
+    "diffuseColor": (0.18, 0.18, 0.18),
+    "emissiveColor": (0.0, 0.0, 0.0),
+    "specularColor": (0.0, 0.0, 0.0),
+    "metallic": (0.0,),
+    "roughness": (0.5,),
+    "clearcoat": (0.0,),
+    "clearcoatRoughness": (0.01,),
+    "opacity": (1.0,),
+    "ior": (1.5,),
+    "normal": (0.0, 0.0, 1.0),
+    "occlusion": (1.0,),
+}
+_MODELS = {
+    MaterialModel.WHITTED: (WHITTED_INPUTS, _WHITTED_DEFAULTS),
+    MaterialModel.PREVIEW: (PREVIEW_INPUTS, _PREVIEW_DEFAULTS),
+}
+_NORMALS = ""  # name of slot 0, which no primvar can have
+
+
+@dataclass(frozen=True)
+class DeviceScene:
+    """A scene's shading data on a device; holding this object keeps its memory alive."""
+
+    data: Any
+    """``kernels.structs.SceneData``."""
+    device: str
+    origin: np.ndarray
+    """World point that its coordinates are relative to: float64, shape [3]."""
+    bytes: int
+    """Device memory that its arrays take [byte]."""
+
+
+def upload_scene(scene: Scene, *, device: str) -> DeviceScene:
+    """Return ``scene`` on a device. Coordinates are made relative to ``scene.origin()`` before they become float32."""
+    origin = scene.origin()
+    slots = _primvar_slots(scene)
+    pack = _Packer(device)
+    data = structs.SceneData()
+    _pack_meshes(data, pack, scene.meshes, slots)
+    _pack_instances(data, pack, scene, slots, origin)
+    _pack_materials(data, pack, scene, slots)
+    _pack_images(data, pack, scene)
+    data.lights = pack.records(structs.LightData, [_light_record(light, origin) for light in scene.lights])
+    data.light_count = len(scene.lights)
+    _pack_domes(data, pack, scene)
+    return DeviceScene(data, device, origin, pack.bytes)
+
+
+def affine_inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverses of affine matrices, shape [n, 4, 4], computed in float64."""
+    return np.linalg.inv(matrix) if len(matrix) else matrix
+
+
+class _Packer:
+    """Makes device arrays and keeps count of their bytes."""
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self.bytes = 0
+
+    def array(self, values: np.ndarray, dtype: Any, ndim: int = 1) -> wp.array:
+        values = np.ascontiguousarray(values)
+        self.bytes += values.nbytes
+        if values.size == 0:
+            return wp.zeros(shape=values.shape[:ndim], dtype=dtype, device=self.device)
+        return wp.array(values, dtype=dtype, ndim=ndim, device=self.device)
+
+    def chunks(self, parts: Sequence[np.ndarray], dtype: Any, row: tuple[int, ...], scalar: type) -> wp.array:
+        joined = np.concatenate(parts) if parts else np.zeros((0, *row), scalar)
+        return self.array(np.ascontiguousarray(joined, scalar).reshape(-1, *row), dtype)
+
+    def records(self, struct: Any, rows: Sequence[dict[str, Any]]) -> wp.array:
+        table = np.zeros(len(rows), struct.numpy_dtype())
+        for record, row in zip(table, rows, strict=True):
+            for name, value in row.items():
+                record[name] = value
+        return self.array(table, struct)
+
+
+def _primvar_slots(scene: Scene) -> dict[str, int]:
+    """Return the slot of each primvar that the materials read; slot 0 is the normals', slot 1 that of ``st``."""
+    used = [texture.primvar for texture in scene.textures]
+    used += [source.primvar for m in scene.materials for source in m.inputs.values() if source.primvar]
+    names = dict.fromkeys((_NORMALS, "st", *used))
+    return {name: slot for slot, name in enumerate(names)}
+
+
+def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], slots: dict[str, int]) -> None:
+    points, corners, values, material_slots, face_ids = [], [], [], [], []
+    mesh_table = np.zeros(len(meshes), structs.MeshData.numpy_dtype())
+    primvar_table = np.zeros((len(meshes), len(slots)), structs.PrimvarData.numpy_dtype())
+    point_count = corner_count = value_count = slot_count = face_count = 0
+    for record, primvars, mesh in zip(mesh_table, primvar_table, meshes, strict=True):
+        triangle_offset = corner_count
+        record["point_offset"] = point_count
+        record["triangle_offset"] = triangle_offset
+        record["is_closed"] = mesh.is_closed
+        points.append(mesh.points)
+        corners.append(mesh.triangles)
+        point_count += len(mesh.points)
+        corner_count += len(mesh.triangles)
+        record["slot_offset"] = record["face_offset"] = -1
+        if mesh.material_slots is not None:
+            record["slot_offset"] = slot_count
+            material_slots.append(mesh.material_slots)
+            slot_count += len(mesh.material_slots)
+        if mesh.face_ids is not None:
+            record["face_offset"] = face_count
+            face_ids.append(mesh.face_ids)
+            face_count += len(mesh.face_ids)
+        for name, slot in slots.items():
+            primvar: Primvar | None = mesh.normals if name == _NORMALS else mesh.primvars.get(name)
+            if primvar is None:
+                continue
+            rows = primvar.values.reshape(len(primvar.values), -1)
+            primvars[slot] = (rows.shape[1], value_count, -1)
+            values.append(rows.reshape(-1))
+            value_count += rows.size
+            if primvar.indices is mesh.triangles:
+                primvars[slot]["corner_offset"] = triangle_offset
+            elif primvar.indices is not None:
+                primvars[slot]["corner_offset"] = corner_count
+                corners.append(primvar.indices)
+                corner_count += len(primvar.indices)
+    data.points = pack.chunks(points, wp.vec3, (3,), np.float32)
+    data.corners = pack.chunks(corners, wp.vec3i, (3,), np.int32)
+    data.primvar_values = pack.chunks(values, wp.float32, (), np.float32)
+    data.material_slots = pack.chunks(material_slots, wp.int32, (), np.int32)
+    data.face_ids = pack.chunks(face_ids, wp.int32, (), np.int32)
+    data.meshes = pack.array(mesh_table, structs.MeshData)
+    data.primvars = pack.array(primvar_table.reshape(-1), structs.PrimvarData)
+    data.primvar_count = len(slots)
+
+
+def _pack_instances(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int], origin: np.ndarray) -> None:
+    instances = scene.instances
+    matrix = instances.world_from_local.copy()
+    matrix[:, :3, 3] -= origin
+    table = np.zeros(len(instances), structs.InstanceData.numpy_dtype())
+    table["world_from_local"] = matrix[:, :3]
+    table["local_from_world"] = affine_inverse(matrix)[:, :3]
+    table["mesh"] = instances.mesh
+    table["material_offset"] = instances.material_offset
+    table["prim"] = instances.prim
+    table["id"] = instances.instance_id
+    data.instances = pack.array(table, structs.InstanceData)
+    data.material_table = pack.array(instances.material_table.astype(np.int32), wp.int32)
+    overrides = {name: rows for name, rows in instances.primvars.items() if name in slots}
+    values = np.full((len(slots), len(instances) if overrides else 0, 4), np.nan, np.float32)
+    for name, rows in overrides.items():
+        rows = rows.reshape(len(rows), -1)
+        values[slots[name], :, : rows.shape[1]] = rows
+    data.instance_primvars = pack.array(values, wp.vec4, ndim=2)
+
+
+def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int]) -> None:
+    data.materials = pack.records(structs.MaterialData, [_material_record(m) for m in scene.materials])
+    inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), structs.InputData.numpy_dtype())
+    for row, material in zip(inputs, scene.materials, strict=True):
+        names, defaults = _MODELS[material.model]
+        for k, name in enumerate(names):
+            source = material.inputs.get(name)
+            if source is None:
+                value = defaults[name]
+                source = Input((*value, *[0.0] * (4 - len(value))))
+            primvar = slots[source.primvar] if source.primvar else -1
+            row[k] = (source.value, source.texture, primvar, source.channel)
+    data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
+    textures = [
+        {
+            "image": t.image,
+            "primvar": slots[t.primvar],
+            "uv_fallback": t.uv_fallback,
+            "row_u": t.uv_transform[0],
+            "row_v": t.uv_transform[1],
+            "wrap_s": int(t.wrap_s),
+            "wrap_t": int(t.wrap_t),
+            "is_srgb": t.is_srgb,
+            "scale": t.scale,
+            "bias": t.bias,
+            "fallback": t.fallback,
+        }
+        for t in scene.textures
+    ]
+    data.textures = pack.records(structs.TextureData, textures)
+
+
+def _material_record(material: Material) -> dict[str, Any]:
+    normal = material.inputs.get("normal")
+    return {
+        "model": int(material.model),
+        "use_specular_workflow": material.use_specular_workflow,
+        "opacity_mode": int(material.opacity_mode),
+        "opacity_threshold": material.opacity_threshold,
+        "has_normal_map": normal is not None and normal.texture >= 0,
+    }
+
+
+def _pack_images(data: Any, pack: _Packer, scene: Scene) -> None:
+    bytes_, floats, table = [], [], []
+    byte_count = float_count = 0
+    for image in scene.images:
+        height, width = image.pixels.shape[:2]
+        is_float = image.pixels.dtype != np.uint8
+        offset = float_count if is_float else byte_count
+        table.append({"offset": offset, "width": width, "height": height, "is_float": is_float})
+        if is_float:
+            floats.append(image.pixels.reshape(-1, 4))
+            float_count += width * height
+        else:
+            bytes_.append(np.ascontiguousarray(image.pixels).view("<u4").reshape(-1))
+            byte_count += width * height
+    data.images = pack.records(structs.ImageData, table)
+    data.texels_byte = pack.chunks(bytes_, wp.uint32, (), np.uint32)
+    data.texels_float = pack.chunks(floats, wp.vec4, (4,), np.float32)
+    data.srgb_decode = pack.array(_srgb_decode_table(), wp.float32)
+
+
+def _srgb_decode_table() -> np.ndarray:
+    """Return the linear value of each sRGB byte: float32, shape [256] (IEC 61966-2-1)."""
+    s = np.arange(256) / 255.0
+    return np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def _axes(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the unit directions (rows) and the lengths of a transform's three axes."""
+    columns = matrix[:3, :3].T
+    lengths = np.linalg.norm(columns, axis=1)
+    return columns / np.where(lengths > 0, lengths, 1.0)[:, None], lengths
+
+
+def _light_record(light: Light, origin: np.ndarray) -> dict[str, Any]:
+    axes, lengths = _axes(light.world_from_light)
+    emission = np.array(light.radiance)
+    radius = light.radius * np.mean(lengths)
+    half_width, half_height = light.width * lengths[0] / 2, light.height * lengths[1] / 2
+    if light.kind == LightKind.DISTANT and light.angle > 0:
+        # Irradiance of a facing surface from a cone of uniform radiance: pi sin^2 of the half angle.
+        emission = emission * (np.pi * np.sin(min(light.angle / 2, np.pi / 2)) ** 2)
+    elif light.kind == LightKind.POINT and not light.has_falloff:
+        emission = emission * np.pi  # I_l = E / pi is the radiance attribute itself
+    elif light.kind == LightKind.DISK:
+        radius = light.radius * np.sqrt(lengths[0] * lengths[1])
+    elif light.kind == LightKind.CYLINDER:
+        half_width = light.length * lengths[0] / 2
+        radius = light.radius * np.sqrt(lengths[1] * lengths[2])
+    return {
+        "kind": int(light.kind),
+        "position": light.world_from_light[:3, 3] - origin,
+        "axis_x": axes[0],
+        "axis_y": axes[1],
+        "axis_z": axes[2],
+        "emission": emission,
+        "radius": radius,
+        "half_width": half_width,
+        "half_height": half_height,
+        "has_falloff": light.has_falloff,
+        "casts_shadow": light.casts_shadow,
+        "diffuse": light.diffuse,
+        "specular": light.specular,
+        "focus": light.focus,
+        "focus_tint": light.focus_tint,
+        "cone_angle": light.cone_angle,
+        "cone_softness": min(light.cone_softness, 1.0),
+    }
+
+
+def _pack_domes(data: Any, pack: _Packer, scene: Scene) -> None:
+    maps: list[np.ndarray] = []
+    records = [_dome_record(dome, scene, maps) for dome in scene.domes]
+    data.domes = pack.records(structs.DomeData, records)
+    data.dome_count = len(scene.domes)
+    data.irradiance = pack.chunks(maps, wp.vec3, (3,), np.float32)
+
+
+def _dome_record(dome: Dome, scene: Scene, maps: list[np.ndarray]) -> dict[str, Any]:
+    axes, _ = _axes(dome.world_from_light)
+    offset = -1
+    if dome.image >= 0:
+        offset = sum(len(m) for m in maps)
+        size = (int(IRRADIANCE_HEIGHT), int(IRRADIANCE_WIDTH))
+        irradiance = irradiance_map(scene.images[dome.image].pixels, is_srgb=dome.is_srgb, size=size)
+        maps.append((irradiance * dome.radiance).reshape(-1, 3))
+    return {
+        "axis_x": axes[0],
+        "axis_y": axes[1],
+        "axis_z": axes[2],
+        "radiance": dome.radiance,
+        "image": dome.image,
+        "is_srgb": dome.is_srgb,
+        "is_visible": dome.is_visible,
+        "irradiance_offset": offset,
+        "diffuse": dome.diffuse,
+        "specular": dome.specular,
+    }

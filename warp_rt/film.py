@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The film: what a render leaves behind, as NumPy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warp_rt.kernels import ray_counts as elements
+
+
+@dataclass(frozen=True)
+class DepthCounts:
+    """The rays of one level of the ray tree."""
+
+    depth: int
+    nodes: int
+    """Rays traced at this depth: the eye rays at depth 1, else reflection and refraction rays."""
+    reflection: int
+    refraction: int
+    shadow: int
+    """Shadow rays cast from the nodes of this depth."""
+
+
+@dataclass(frozen=True)
+class RayCounts:
+    """Exact ray counts of a render."""
+
+    primary: int
+    reflection: int
+    refraction: int
+    shadow: int
+    total_internal_reflection: int
+    dropped_by_depth: int
+    dropped_by_threshold: int
+    passed: int
+    """Straight alpha pass-throughs, which are no bounces."""
+    deepest: int
+    """Deepest level that a ray was traced at."""
+    per_depth: tuple[DepthCounts, ...]
+
+    @staticmethod
+    def from_row(row: np.ndarray) -> RayCounts:
+        """Return the counts that a counter row of the kernel holds."""
+        levels = row[int(elements.LEVELS) :].reshape(-1, int(elements.PER_LEVEL))
+        primary = int(row[int(elements.PRIMARY)])
+        per_depth = []
+        for depth, (reflection, refraction, shadow) in enumerate(levels.tolist(), start=1):
+            nodes = reflection + refraction + (primary if depth == 1 else 0)
+            per_depth.append(DepthCounts(depth, nodes, reflection, refraction, shadow))
+        while per_depth and not per_depth[-1].nodes:
+            per_depth.pop()
+        return RayCounts(
+            primary=primary,
+            reflection=sum(level.reflection for level in per_depth),
+            refraction=sum(level.refraction for level in per_depth),
+            shadow=sum(level.shadow for level in per_depth),
+            total_internal_reflection=int(row[int(elements.TOTAL_INTERNAL_REFLECTION)]),
+            dropped_by_depth=int(row[int(elements.DROPPED_BY_DEPTH)]),
+            dropped_by_threshold=int(row[int(elements.DROPPED_BY_THRESHOLD)]),
+            passed=int(row[int(elements.PASSED)]),
+            deepest=len(per_depth),
+            per_depth=tuple(per_depth),
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the counts as the ``rays`` object of ``render --json``."""
+        return {
+            "primary": self.primary,
+            "reflection": self.reflection,
+            "refraction": self.refraction,
+            "shadow": self.shadow,
+            "total_internal_reflection": self.total_internal_reflection,
+            "dropped_by_depth": self.dropped_by_depth,
+            "dropped_by_threshold": self.dropped_by_threshold,
+            "passed": self.passed,
+            "deepest": self.deepest,
+            "per_depth": [vars(level) for level in self.per_depth],
+        }
+
+
+@dataclass(frozen=True)
+class Film:
+    """A finished picture and its AOVs, linear and unclamped, row 0 at the top."""
+
+    width: int
+    height: int
+    aovs: Mapping[str, np.ndarray]
+    """By the names of ``options.AOVS``, shape [height, width] or [height, width, n].
+
+    Always there: ``color``, float32, n = 3, linear Rec. 709, premultiplied by ``alpha``, camera exposure applied; and
+    ``alpha``, float32. On demand: ``depth`` along the view axis and ``distance`` along the eye ray [scene unit],
+    float32, infinite where nothing was met; ``normal`` (unit shading normal), ``position``, n = 3, world space, and
+    ``uv``, n = 2, float32, zero where nothing was met; ``primId``, ``instanceId``, ``elementId`` (the face), int32,
+    -1 where nothing was met."""
+    rays: RayCounts
+    prims: tuple[str, ...] = ()
+    """Path of each primId."""
+    instance_paths: tuple[str, ...] = ()
+    """Path of each instanceId."""
+    labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    camera: str = ""
+    """Path of the camera; empty where the scene was framed."""
+
+    @property
+    def color(self) -> np.ndarray:
+        """Linear colour: float32, shape [height, width, 3]."""
+        return self.aovs["color"]
+
+    @property
+    def alpha(self) -> np.ndarray:
+        """Coverage: float32, shape [height, width]."""
+        return self.aovs["alpha"]

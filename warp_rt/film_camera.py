@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From a scene's camera to the camera of a film: which one, how large a picture, and the struct that kernels read."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any
+
+import numpy as np
+
+from warp_rt.errors import SceneError
+from warp_rt.framing import frame_scene
+from warp_rt.kernels import structs
+from warp_rt.options import DEFAULT_WIDTH, RenderOptions
+from warp_rt.scene import Camera, Scene, Settings
+
+MAIN_CAMERA = "main_cam"  # UsdUtils.GetPrimaryCameraName()
+
+
+def choose_camera(scene: Scene, name: str | None) -> Camera | None:
+    """Return the camera to render with; None where the scene has none and must be framed.
+
+    The one that ``name`` says (a path, or the last part of one), else the render settings' camera, else ``main_cam``,
+    else the first in the stage.
+
+    Raises:
+        SceneError: There is no camera of that name.
+    """
+    cameras = {camera.path: camera for camera in scene.cameras}
+    if name:
+        found = [camera for path, camera in cameras.items() if name in (path, path.rsplit("/", 1)[-1])]
+        if found:
+            return found[0]
+        near = difflib.get_close_matches(name, [*cameras, *(path.rsplit("/", 1)[-1] for path in cameras)], n=3)
+        hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(cameras) or 'none'}"
+        raise SceneError(f"{scene.source or 'scene'}: no camera {name!r}{hint}")
+    if scene.settings.camera in cameras:
+        return cameras[scene.settings.camera]
+    main = [camera for path, camera in cameras.items() if path.endswith("/" + MAIN_CAMERA)]
+    return next(iter([*main, *cameras.values()]), None)
+
+
+def frame_camera(scene: Scene, options: RenderOptions) -> Camera:
+    """Return a camera that frames the whole scene as usdrecord does."""
+    width, height = options.width or DEFAULT_WIDTH, options.height
+    return frame_scene(scene, aspect=width / height if height else 0.0)
+
+
+def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tuple[int, int]:
+    """Return width and height of the picture [pixel].
+
+    Sides that the options name are kept. Where they name none, the render settings' resolution; else 960 wide. A side
+    that nobody names follows from the camera's aspect ratio, the height truncated as usdrecord does.
+    """
+    left, right, bottom, top = camera.window
+    aspect = (right - left) / (top - bottom) if top != bottom else 1.0
+    aspect = aspect if aspect > 0 else 1.0
+    if options.width is None and options.height is None and settings.resolution is not None:
+        return settings.resolution
+    if options.width is not None and options.height is not None:
+        return options.width, options.height
+    if options.height is not None:
+        return max(round(options.height * aspect), 1), options.height
+    width = options.width or DEFAULT_WIDTH
+    if settings.resolution is not None:
+        aspect = settings.resolution[0] / settings.resolution[1]
+    return width, max(int(width / aspect), 1)
+
+
+def conform_window(
+    window: tuple[float, float, float, float], aspect: float, policy: str
+) -> tuple[float, float, float, float]:
+    """Return the camera's window changed about its centre so that it has the picture's aspect ratio.
+
+    Args:
+        window: left, right, bottom, top.
+        aspect: Width over height of the picture as seen, pixel aspect included.
+        policy: UsdRender's aspectRatioConformPolicy.
+    """
+    left, right, bottom, top = window
+    width, height = right - left, top - bottom
+    is_wider = aspect * height > width
+    if policy == "adjustPixelAspectRatio":
+        return window
+    if policy == "adjustApertureWidth" or (policy == "expandAperture" and is_wider):
+        width = aspect * height
+    elif policy in ("adjustApertureHeight", "expandAperture") or is_wider:
+        height = width / aspect
+    else:
+        width = aspect * height
+    x, y = (left + right) / 2, (bottom + top) / 2
+    return x - width / 2, x + width / 2, y - height / 2, y + height / 2
+
+
+def camera_data(camera: Camera, width: int, height: int, settings: Settings, origin: np.ndarray) -> Any:
+    """Return ``kernels.structs.CameraData`` of a picture of ``width`` by ``height`` pixels.
+
+    Args:
+        camera: As the scene has it.
+        width: Of the whole picture [pixel].
+        height: Likewise.
+        settings: Aspect policy and pixel aspect ratio.
+        origin: World point that device coordinates are relative to.
+    """
+    aspect = width / height * settings.pixel_aspect_ratio
+    left, right, bottom, top = conform_window(camera.window, aspect, settings.aspect_policy)
+    matrix = camera.world_from_camera
+    linear = matrix[:3, :3]
+    corner = linear @ (left, top, -1.0 if camera.is_perspective else 0.0)
+    across, down = linear @ (right - left, 0.0, 0.0), linear @ (0.0, bottom - top, 0.0)
+    view = linear @ (0.0, 0.0, -1.0)
+    forward = np.cross(across, down)
+    if not np.any(forward):
+        raise SceneError(f"{camera.path}: the camera's window or transform has no area")
+    forward *= np.sign(forward @ view) / np.linalg.norm(forward)
+    data = structs.CameraData()
+    data.origin = matrix[:3, 3] - origin
+    data.corner = corner
+    data.right = across
+    data.down = down
+    data.forward = forward
+    data.is_perspective = int(camera.is_perspective)
+    data.near, data.far = camera.clipping_range
+    data.width, data.height = width, height
+    return data
