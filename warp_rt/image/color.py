@@ -7,10 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warp_rt.errors import OptionError
-
-TONE_MAPS = ("srgb", "raw")
-"""``srgb``: the sRGB curve. ``raw``: linear values as they are, for data and for measuring."""
+from warp_rt.image.tone import check_display
 
 # IEC 61966-2-1:1999, section 5.2, as amended: the line below and the power curve above meet at these two points.
 _LINEAR_KNEE = 0.0031308
@@ -61,13 +58,12 @@ def display(linear: np.ndarray, *, exposure: float = 0.0, tonemap: str = "srgb")
     Args:
         linear: Linear Rec. 709, any shape.
         exposure: Stops; each doubles the light.
-        tonemap: One of ``TONE_MAPS``.
+        tonemap: One of ``tone.TONE_MAPS``.
 
     Raises:
-        OptionError: The tone map is unknown.
+        OptionError: The exposure or the tone map cannot be used.
     """
-    if tonemap not in TONE_MAPS:
-        raise OptionError(f"tonemap: {tonemap!r} is none of {', '.join(TONE_MAPS)}")
+    check_display(exposure, tonemap)
     # fmax and fmin, unlike clip, let the number win over not-a-number.
     exposed = np.fmin(np.fmax(linear * 2.0**exposure, 0.0), 1.0)
     encoded = srgb_from_linear(exposed) if tonemap == "srgb" else exposed

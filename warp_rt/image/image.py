@@ -14,12 +14,13 @@ import numpy as np
 
 from warp_rt.errors import OptionError, OutputError
 from warp_rt.image.atomic import write_bytes
-from warp_rt.image.color import TONE_MAPS, display, unpremultiply
+from warp_rt.image.color import display, unpremultiply
 from warp_rt.image.exr import write_exr
 from warp_rt.image.ids import encode_ids
 from warp_rt.image.jpeg import MAX_SIDE, encode_jpeg
 from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, planned_files
 from warp_rt.image.png import encode_png
+from warp_rt.image.tone import check_display
 
 
 class FilmLike(Protocol):
@@ -68,10 +69,7 @@ class Image:
         Raises:
             OptionError: The exposure or the tone map cannot be used.
         """
-        if tonemap not in TONE_MAPS:
-            raise OptionError(f"tonemap: {tonemap!r} is none of {', '.join(TONE_MAPS)}")
-        if not -100.0 <= exposure <= 100.0:
-            raise OptionError(f"exposure: {exposure} is outside -100..100 stops")
+        check_display(exposure, tonemap)
         self.film = film
         self.exposure = exposure
         self.tonemap = tonemap

@@ -1,0 +1,9 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""``python -m warp_rt``: the command line."""
+
+import sys
+
+from warp_rt.cli.main import main
+
+sys.exit(main())

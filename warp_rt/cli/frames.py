@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Frame specifications and numbered file names, as usdrecord has them."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from pathlib import Path
+
+from warp_rt.errors import OptionError
+
+MAX_FRAMES = 1_000_000
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+_SPEC = re.compile(rf"({_NUMBER})(?::({_NUMBER})(?:x({_NUMBER}))?)?")
+_PLACEHOLDER = re.compile(r"(#+)(?:\.(#+))?")
+
+
+def parse_frames(spec: str) -> tuple[Fraction, ...]:
+    """Return the time codes of a list of frame specifications, in order and exact.
+
+    ``123`` is one frame, ``101:105`` and ``105:101`` are ranges with both ends, ``101:109x2`` and
+    ``101:104x0.5`` have a stride. Commas or blanks separate the specifications; a frame named twice is kept once.
+
+    Raises:
+        OptionError: A specification cannot be read, its stride leads away from its end, or there are too many.
+    """
+    frames: dict[Fraction, None] = {}
+    for part in spec.replace(",", " ").split():
+        match = _SPEC.fullmatch(part)
+        if match is None:
+            raise OptionError(f"frames: {part!r} is none of 123, 101:105, 105:101, 101:109x2, 101:104x0.5")
+        start = Fraction(match[1])
+        end = Fraction(match[2] or match[1])
+        stride = Fraction(match[3]) if match[3] else Fraction(1 if end >= start else -1)
+        if stride == 0 or (end - start) / stride < 0:
+            raise OptionError(f"frames: {part!r}: a stride of {match[3]} does not lead from {match[1]} to {match[2]}")
+        count = (end - start) // stride + 1
+        if len(frames) + count > MAX_FRAMES:
+            raise OptionError(f"frames: {part!r}: more than {MAX_FRAMES} frames")
+        frames.update((start + step * stride, None) for step in range(count))
+    if not frames:
+        raise OptionError("frames: a list of frames is expected, such as 1:24")
+    return tuple(frames)
+
+
+def has_placeholder(path: Path) -> bool:
+    """Return whether a file name holds a place for a frame number."""
+    return "#" in path.name
+
+
+def numbered_files(path: Path, frames: tuple[Fraction, ...]) -> tuple[Path, ...]:
+    """Return the file of each frame: its number in place of ``###`` or ``###.##``.
+
+    The placeholder's whole length is the least width, filled with zeros; the part after its point is the number of
+    decimals. One single frame needs no placeholder.
+
+    Raises:
+        OptionError: There is no placeholder or more than one, or its decimals cannot tell the frames apart.
+    """
+    places = _PLACEHOLDER.findall(path.name)
+    if not places and len(frames) == 1:
+        return (path,)
+    if len(places) != 1:
+        raise OptionError(f"{path}: with frames, the file name needs exactly one placeholder, such as name.####.png")
+    decimals = len(places[0][1])
+    width = len(places[0][0]) + (decimals + 1 if decimals else 0)
+    for frame in frames:
+        if (frame * 10**decimals).denominator != 1:
+            raise OptionError(
+                f"{path}: frame {float(frame):g} needs more decimals than the placeholder has, such as ####.###"
+            )
+    return tuple(
+        path.with_name(_PLACEHOLDER.sub(f"{float(frame):0{width}.{decimals}f}", path.name)) for frame in frames
+    )

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""``warp-rt info``: what a stage holds."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import TYPE_CHECKING, Any
+
+from warp_rt.cli.parser import Parser, add_json, add_scene
+from warp_rt.cli.terminal import Terminal, one_line
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from warp_rt.scene import Scene
+
+_LISTED = 20
+"""Names in a list for people; --json has them all."""
+
+# Of the hierarchy, docs of kernels/bvh_structs.py: a packet of 320 bytes holds up to 8 triangles and is filled to
+# about two thirds, wide nodes of 256 bytes have 6 to 8 packets below; an instance has a record of 64 bytes.
+_BYTES_A_TRIANGLE = 320 / (8 * 2 / 3) + 256 / (7 * 8 * 2 / 3)
+_BYTES_AN_INSTANCE = 64 + 256 / 6
+_BUILD_BYTES_A_TRIANGLE = 96
+"""While it is being built: a reference and two binary nodes."""
+
+
+def parser() -> Parser:
+    """Return the parser of ``warp-rt info``."""
+    result = Parser("info", "Tell what a stage holds, as a render would see it.")
+    add_scene(result)
+    add_json(result, "all of it")
+    return result
+
+
+def run(args: argparse.Namespace, terminal: Terminal) -> int:
+    """Read the stage and describe it; return the exit code."""
+    from warp_rt.api import load_scene
+
+    begin = time.perf_counter()
+    scene = load_scene(args.scene, purposes=args.purposes)
+    facts = {"scene": args.scene, **_facts(scene), "seconds": {"load": time.perf_counter() - begin}}
+    if args.json:
+        terminal.json(facts)
+    else:
+        terminal.data(_table(facts))
+    return 0
+
+
+def _facts(scene: Scene) -> dict[str, Any]:
+    counts = [len(mesh.triangles) for mesh in scene.meshes]
+    return {
+        "time": scene.time,
+        "up_axis": scene.up_axis,
+        "meters_per_unit": scene.meters_per_unit,
+        "bounds": scene.bounds().tolist(),
+        "prims": len(scene.prims),
+        "meshes": len(scene.meshes),
+        "instances": len(scene.instances),
+        "triangles": scene.triangle_count,
+        "triangles_placed": sum(counts[mesh] for mesh in scene.instances.mesh.tolist()),
+        "cameras": [camera.path for camera in scene.cameras],
+        "lights": [{"path": light.path, "kind": light.kind.name.lower()} for light in scene.lights]
+        + [{"path": dome.path, "kind": "dome"} for dome in scene.domes],
+        "materials": [{"path": material.path, "model": material.model.name.lower()} for material in scene.materials],
+        "textures": [
+            {"path": image.path, "width": image.pixels.shape[1], "height": image.pixels.shape[0]}
+            for image in scene.images
+        ],
+        "settings": scene.settings.path or None,
+        "memory": {"scene_bytes": scene_bytes(scene), "hierarchy_bytes_estimate": hierarchy_bytes(scene)},
+        "warnings": sum(record.is_warning for record in scene.diagnostics),
+    }
+
+
+def scene_bytes(scene: Scene) -> int:
+    """Return what the arrays of a scene take on the host [byte]; arrays that are shared count once."""
+    arrays: dict[int, np.ndarray] = {}
+    for mesh in scene.meshes:
+        held = [mesh.points, mesh.triangles, mesh.material_slots, mesh.face_ids]
+        for primvar in (mesh.normals, *mesh.primvars.values()):
+            held += [] if primvar is None else [primvar.values, primvar.indices]
+        arrays.update((id(array), array) for array in held if array is not None)
+    placed = scene.instances
+    held = [placed.mesh, placed.world_from_local, placed.material_offset, placed.material_table, placed.prim]
+    held += [placed.instance_id, *placed.primvars.values(), *(image.pixels for image in scene.images)]
+    arrays.update((id(array), array) for array in held)
+    return sum(array.nbytes for array in arrays.values())
+
+
+def hierarchy_bytes(scene: Scene) -> int:
+    """Return about what the hierarchies will take at most, while the largest mesh's is being built [byte]."""
+    largest = max((len(mesh.triangles) for mesh in scene.meshes), default=0)
+    kept = scene.triangle_count * _BYTES_A_TRIANGLE + len(scene.instances) * _BYTES_AN_INSTANCE
+    return int(kept + largest * _BUILD_BYTES_A_TRIANGLE)
+
+
+def _table(facts: dict[str, Any]) -> str:
+    """Return the facts for people, a line each."""
+    memory = facts["memory"]
+    rows = [
+        ("scene", facts["scene"]),
+        ("time", "default" if facts["time"] is None else f"{facts['time']:g}"),
+        ("up axis", f"{facts['up_axis']}, {facts['meters_per_unit']:g} m a unit"),
+        ("bounds", " to ".join(_point(corner) for corner in facts["bounds"]) if facts["meshes"] else "none"),
+        ("prims", f"{facts['prims']:,}"),
+        ("meshes", f"{facts['meshes']:,}, {facts['instances']:,} times placed"),
+        ("triangles", f"{facts['triangles']:,} in memory, {facts['triangles_placed']:,} in the scene"),
+        *_listed("cameras", facts["cameras"]),
+        *_listed("lights", [f"{light['path']} ({light['kind']})" for light in facts["lights"]]),
+        *_listed("materials", [f"{material['path']} ({material['model']})" for material in facts["materials"]]),
+        *_listed(
+            "textures", [f"{image['path']} ({image['width']} x {image['height']})" for image in facts["textures"]]
+        ),
+        ("settings", facts["settings"] or "none"),
+        (
+            "memory",
+            f"{memory['scene_bytes'] / 2**20:.1f} MiB, about {memory['hierarchy_bytes_estimate'] / 2**20:.1f} MiB "
+            "more for hierarchies",
+        ),
+        ("warnings", f"{facts['warnings']}{' (warp-rt check names them)' if facts['warnings'] else ''}"),
+    ]
+    return "\n".join(f"{name:<11}{one_line(value)}" for name, value in rows)
+
+
+def _listed(name: str, items: list[str]) -> list[tuple[str, str]]:
+    """Return the rows of a list: how many, then each on its own line, up to a bound."""
+    rows = [(name, f"{len(items)}")] + [("", item) for item in items[:_LISTED]]
+    return rows + ([("", f"and {len(items) - _LISTED} more")] if len(items) > _LISTED else [])
+
+
+def _point(corner: list[float]) -> str:
+    return "(" + ", ".join(f"{value:.6g}" for value in corner) + ")"

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The program ``warp-rt``: find the command, run it, turn what happens into an exit code.
+
+A command's module is imported when it is asked for, and it imports Warp, pxr and NumPy only when it runs, so that
+``--help`` and usage errors answer at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from types import FrameType
+
+from warp_rt.cli.parser import near_matches
+from warp_rt.cli.terminal import Terminal, data_only_stdout
+from warp_rt.errors import LimitError, OptionError, WarpRtError
+
+PROGRAM = "warp-rt"
+
+COMMANDS = {
+    "render": "render an image from a USD stage",
+    "info": "tell what a stage holds",
+    "check": "name everything in a stage that would be ignored, repaired or refused",
+    "warmup": "compile the kernels ahead of the first render",
+    "doctor": "tell versions, devices and caches",
+}
+
+EXIT_INTERNAL = 1
+EXIT_INTERRUPTED = 128 + signal.SIGINT
+EXIT_TERMINATED = 128 + signal.SIGTERM
+
+_USAGE = """\
+usage: {program} COMMAND [options]
+       {program} --version
+
+Whitted ray tracing of USD stages: reflections, refractions and shadows, on any machine.
+
+commands:
+{commands}
+
+{program} COMMAND --help tells the options of a command.
+
+exit codes: 0 done, 1 internal error, 2 usage, 3 scene unreadable or invalid (any warning, with --strict),
+4 device unavailable, 5 a limit was hit, 6 cannot write, 130 interrupted, 143 terminated
+"""
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM; whatever stops for Ctrl-C stops for it too."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Args:
+        argv: The arguments after the program's name; None: those of this process.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    terminal = Terminal(PROGRAM)
+    if not arguments:
+        terminal.text(_usage())
+        return OptionError.exit_code
+    name, *rest = arguments
+    try:
+        if name in ("-h", "--help"):
+            terminal.data(_usage())
+            return 0
+        if name == "--version":
+            terminal.data(_version())
+            return 0
+        if name not in COMMANDS:
+            raise OptionError(_unknown_command(name))
+        command = import_module(f"warp_rt.cli.{name}")
+        args = command.parser().parse(rest)
+    except OptionError as error:
+        Terminal(PROGRAM).error(error)
+        return error.exit_code
+    except SystemExit as end:  # argparse has printed its help
+        return int(end.code or 0)
+    return _run(command.run, args, name)
+
+
+def _run(run, args: argparse.Namespace, name: str) -> int:
+    """Run a command and return the exit code that its end deserves; the traceback of a bug is shown with -v only."""
+    verbosity = int(args.verbose) - int(args.quiet)
+    with data_only_stdout() as data, _sigterm_raises():
+        terminal = Terminal(f"{PROGRAM} {name}", verbosity=verbosity, color=args.color, data=data)
+        try:
+            with terminal.logging():
+                return run(args, terminal)
+        except WarpRtError as error:
+            terminal.error(error)
+            return error.exit_code
+        except _Terminated:
+            terminal.error("terminated")
+            return EXIT_TERMINATED
+        except KeyboardInterrupt:
+            terminal.error("interrupted")
+            return EXIT_INTERRUPTED
+        except MemoryError:
+            terminal.error("out of memory")
+            return LimitError.exit_code
+        except Exception as error:
+            if verbosity > 0:
+                terminal.text(traceback.format_exc())
+            reason = f"{type(error).__name__}: {error}"
+            terminal.error(f"internal error: {reason} (please report it; -v shows where it happened)")
+            return EXIT_INTERNAL
+
+
+@contextlib.contextmanager
+def _sigterm_raises() -> Iterator[None]:
+    """Let SIGTERM end the block as Ctrl-C does; only a process's main thread may say so."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def terminate(signum: int, frame: FrameType | None) -> None:
+        raise _Terminated
+
+    previous = signal.signal(signal.SIGTERM, terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
+def _usage() -> str:
+    commands = "\n".join(f"  {name:<8} {what}" for name, what in COMMANDS.items())
+    return _USAGE.format(program=PROGRAM, commands=commands).rstrip("\n")
+
+
+def _unknown_command(name: str) -> str:
+    if "." in name and not name.startswith("-"):
+        return f"{name!r} is no command; to render a stage: {PROGRAM} render {name}"
+    hint = near_matches(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
+    return f"{name!r} is no command{hint}"
+
+
+def _version() -> str:
+    from warp_rt.cli.versions import versions
+
+    ours, *others = versions().items()
+    return f"{PROGRAM} {ours[1]} ({', '.join(f'{name} {version}' for name, version in others)})"

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a render tells when it is done: the object of ``--json``, and one line for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from warp_rt.report import Diagnostic
+
+if TYPE_CHECKING:
+    from warp_rt.film import Film
+    from warp_rt.renderer import Renderer
+
+_TRACED = ("primary", "reflection", "refraction", "shadow")
+
+
+def frame_summary(
+    renderer: Renderer,
+    film: Film,
+    outputs: Sequence[Path],
+    seconds: dict[str, float],
+    diagnostics: Iterable[Diagnostic],
+) -> dict[str, Any]:
+    """Return the JSON object of one picture."""
+    options, scene, hierarchy = renderer.options, renderer.scene, renderer.accel.statistics
+    records = tuple(diagnostics)
+    return {
+        "outputs": [str(path) for path in outputs],
+        "width": film.width,
+        "height": film.height,
+        "camera": film.camera,
+        "spp": options.spp,
+        "integrator": options.integrator,
+        "depth": options.depth,
+        "threshold": options.threshold,
+        "device": renderer.device,
+        "threads": renderer.threads,
+        "triangles": scene.triangle_count,
+        "instances": len(scene.instances),
+        "seconds": seconds,
+        "rays": film.rays.to_json(),
+        "bvh": {
+            "builder": hierarchy.builder,
+            "nodes": hierarchy.nodes,
+            "depth": hierarchy.depth,
+            "sah_cost": hierarchy.sah_cost,
+            "bytes": hierarchy.bytes,
+        },
+        "memory": {"peak_bytes": None, "device_bytes": renderer.device_bytes},
+        "warnings": [vars(record) for record in records if record.is_warning],
+        "notes": [vars(record) for record in records if not record.is_warning],
+    }
+
+
+def whole_run(frames: Sequence[dict[str, Any]], times: Sequence[float | None]) -> dict[str, Any]:
+    """Return the JSON object of a run: that of its one picture, or the sums over a sequence and the list of frames.
+
+    Of a sequence, outputs, seconds, rays and diagnostics are those of all frames; the rest is the last frame's.
+    """
+    run = dict(frames[-1])
+    if len(frames) == 1:
+        return run
+    run["outputs"] = [path for frame in frames for path in frame["outputs"]]
+    run["seconds"] = {stage: sum(frame["seconds"][stage] for frame in frames) for stage in run["seconds"]}
+    run["rays"] = _sum_rays([frame["rays"] for frame in frames])
+    for kind in ("warnings", "notes"):
+        run[kind] = list({tuple(record.values()): record for frame in frames for record in frame[kind]}.values())
+    run["frames"] = [
+        {"frame": time, **{key: frame[key] for key in ("outputs", "seconds", "rays")}}
+        for time, frame in zip(times, frames, strict=True)
+    ]
+    return run
+
+
+def summary_line(run: dict[str, Any]) -> str:
+    """Return what people want to know at the end."""
+    outputs, seconds = run["outputs"], run["seconds"]
+    rest = f" and {len(outputs) - 1} more" if len(outputs) > 1 else ""
+    rays = sum(run["rays"][kind] for kind in _TRACED)
+    where = run["device"] if run["device"] != "cpu" else f"cpu, {_counted(run['threads'], 'thread')}"
+    return (
+        f"{outputs[0]}{rest}: {run['width']} x {run['height']}, {run['spp']} spp, "
+        f"{_counted(run['triangles'], 'triangle')}, {_counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
+        f"{seconds['total']:.2f} s in all"
+    )
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def _sum_rays(counts: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the counts of several pictures as one: sums, but the deepest level of any; levels add up one by one."""
+    total = {key: sum(count[key] for count in counts) for key in counts[0] if key not in ("deepest", "per_depth")}
+    levels = [
+        {key: at[0][key] if key == "depth" else sum(level[key] for level in at) for key in at[0]}
+        for rows in zip_longest(*(count["per_depth"] for count in counts))
+        if (at := [level for level in rows if level is not None])
+    ]
+    return {**total, "deepest": max(count["deepest"] for count in counts), "per_depth": levels}

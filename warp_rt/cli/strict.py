@@ -1,0 +1,28 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""``--strict``: what a picture would not show as the stage says it is an error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from warp_rt.cli.parser import Parser
+from warp_rt.errors import SceneError
+from warp_rt.report import Diagnostic
+
+
+def add_strict(parser: Parser) -> None:
+    """Add --strict."""
+    parser.add_argument("--strict", action="store_true", help="any warning is an error (exit code 3)")
+
+
+def refuse_warnings(scene: str, records: Iterable[Diagnostic]) -> None:
+    """Return if there are notes at most.
+
+    Raises:
+        SceneError: There are warnings; it names the first.
+    """
+    warnings = [record for record in records if record.is_warning]
+    if warnings:
+        count = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, the first"
+        raise SceneError(f"{scene}: --strict: {count}: {warnings[0]}")

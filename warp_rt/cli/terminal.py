@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What people and scripts get to see: messages on stderr, data and nothing else on stdout."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import math
+import os
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any, TextIO
+
+from warp_rt.errors import OutputError
+from warp_rt.report import Diagnostic
+
+COLOR_CHOICES = ("auto", "always", "never")
+
+GROUP_LIMIT = 20
+"""More diagnostics of one code than this are cut short, unless everything is asked for."""
+_SHOWN_OF_GROUP = 3
+
+_RESET, _BOLD_RED, _YELLOW, _CYAN = "\x1b[0m", "\x1b[1;31m", "\x1b[33m", "\x1b[36m"
+
+
+class Terminal:
+    """Writes to stderr for people, as loud as asked for, and to stdout for scripts."""
+
+    def __init__(self, program: str, *, verbosity: int = 0, color: str = "auto", data: TextIO | None = None) -> None:
+        """Make a terminal.
+
+        Args:
+            program: What error lines begin with.
+            verbosity: Below 0 only errors are told, above 0 everything.
+            color: One of ``COLOR_CHOICES``.
+            data: Where data goes; None: to stdout.
+        """
+        self.program = program
+        self.verbosity = verbosity
+        self.has_color = wants_color(color)
+        self._data = data
+
+    @property
+    def is_interactive(self) -> bool:
+        """Whether a person watches stderr and did not ask for silence."""
+        return self.verbosity >= 0 and sys.stderr is not None and sys.stderr.isatty()
+
+    def error(self, message: object) -> None:
+        """Tell why there is no result."""
+        self._tell("error:", _BOLD_RED, message, prefix=f"{self.program}: ")
+
+    def diagnostics(self, records: Iterable[Diagnostic]) -> None:
+        """Tell what the picture does not show as the stage says it, one line each; long groups are cut short."""
+        if self.verbosity < 0:
+            return
+        records = tuple(records)
+        counts = Counter(record.code for record in records)
+        shown: Counter[str] = Counter()
+        for record in records:
+            shown[record.code] += 1
+            is_group = counts[record.code] > GROUP_LIMIT and self.verbosity == 0
+            if not is_group or shown[record.code] <= _SHOWN_OF_GROUP:
+                self._tell(*(("warning:", _YELLOW) if record.is_warning else ("note:", _CYAN)), record)
+            elif shown[record.code] == _SHOWN_OF_GROUP + 1:
+                rest = counts[record.code] - _SHOWN_OF_GROUP
+                self._tell("warning:", _YELLOW, f"{record.code}: and {rest} more of this kind (-v names them all)")
+
+    def info(self, message: object) -> None:
+        """Tell what was done."""
+        if self.verbosity >= 0:
+            self._write(one_line(message))
+
+    def detail(self, message: object) -> None:
+        """Tell what only the curious want to know."""
+        if self.verbosity > 0:
+            self._write(one_line(message))
+
+    def text(self, block: str) -> None:
+        """Write several lines to stderr as they are."""
+        self._write(block.rstrip("\n"))
+
+    def data(self, text: str) -> None:
+        """Write a result to stdout. A reader that has left, as ``head`` does, is no error.
+
+        Raises:
+            OutputError: Standard output cannot be written.
+        """
+        stream = self._data or sys.stdout
+        if stream is None:
+            return
+        try:
+            print(text, file=stream, flush=True)
+        except BrokenPipeError:
+            self._data = open(os.devnull, "w")  # noqa: SIM115, PTH123  (it lives as long as the process)
+        except OSError as error:
+            raise OutputError(f"standard output: cannot write: {error.strerror}") from error
+
+    def json(self, value: object) -> None:
+        """Write one JSON object to stdout, in ASCII, so that no locale can spoil it; numbers it lacks become null."""
+        self.data(json.dumps(_finite(value), indent=2, allow_nan=False))
+
+    @contextlib.contextmanager
+    def logging(self) -> Iterator[None]:
+        """Show what the package logs while the block runs."""
+        logger = logging.getLogger("warp_rt")
+        handler = _TerminalHandler(self)
+        level = logger.level
+        logger.addHandler(handler)
+        logger.setLevel(logging.DEBUG if self.verbosity > 0 else logging.INFO)
+        try:
+            yield
+        finally:
+            logger.removeHandler(handler)
+            logger.setLevel(level)
+
+    def _tell(self, kind: str, style: str, message: object, *, prefix: str = "") -> None:
+        label = f"{style}{kind}{_RESET}" if self.has_color else kind
+        self._write(f"{prefix}{label} {one_line(message)}")
+
+    def _write(self, text: str) -> None:
+        # sys.stderr is None where it was closed before we came; print would then turn to stdout.
+        if sys.stderr is not None:
+            with contextlib.suppress(OSError, ValueError):
+                print(text, file=sys.stderr, flush=True)
+
+
+class _TerminalHandler(logging.Handler):
+    """Hands log records to the terminal."""
+
+    def __init__(self, terminal: Terminal) -> None:
+        super().__init__()
+        self._terminal = terminal
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a record: details from DEBUG on, the rest unless silence is asked for."""
+        show = self._terminal.detail if record.levelno < logging.INFO else self._terminal.info
+        show(record.getMessage())
+
+
+def _finite(value: Any) -> Any:
+    """Return a value without infinities and not-a-numbers, which JSON has no words for."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def one_line(message: object) -> str:
+    """Return a message as one line: control characters, which file and prim names may hold, become escapes."""
+    text = str(message)
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+
+
+def wants_color(choice: str) -> bool:
+    """Return whether stderr is to be coloured: as asked, else by NO_COLOR, FORCE_COLOR and what stderr is.
+
+    Reference: no-color.org and force-color.org: both count when set and not empty.
+    """
+    if choice != "auto":
+        return choice == "always"
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+
+
+@contextlib.contextmanager
+def data_only_stdout() -> Iterator[TextIO]:
+    """Yield the only stream that leads to stdout; whatever libraries print there goes to stderr meanwhile.
+
+    Native libraries write to the file descriptor behind Python's back, so it is the descriptor that is diverted.
+    """
+    _open_standard_descriptors()
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    saved = os.dup(1)
+    os.dup2(2, 1)
+    stream = os.fdopen(saved, "w", encoding=getattr(sys.stdout, "encoding", None), errors="backslashreplace")
+    try:
+        yield stream
+    finally:
+        with contextlib.suppress(OSError):  # data() has told it already
+            stream.flush()
+        os.dup2(saved, 1)
+        with contextlib.suppress(OSError):
+            stream.close()
+
+
+def _open_standard_descriptors() -> None:
+    """Fill closed standard descriptors, lest the next file that is opened become stdout."""
+    for descriptor in (0, 1, 2):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
