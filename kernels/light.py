@@ -10,7 +10,9 @@ size that the surface's roughness gives it.
 
 import warp as wp
 
+from .constants import CYLINDER_FACETS
 from .structs import LightData
+from .vector import face_forward
 
 KIND_POINT = wp.constant(0)
 KIND_DISTANT = wp.constant(1)
@@ -112,8 +114,10 @@ def cone_factor(light: LightData, cos_axis: float) -> wp.vec3:
     if light.cone_angle < wp.pi:
         theta = wp.acos(wp.clamp(cos_axis, -1.0, 1.0))
         rim = light.cone_angle * (1.0 - light.cone_softness)
-        cone = wp.where(theta > light.cone_angle, 0.0, 1.0)
-        if theta <= light.cone_angle and theta > rim:
+        cone = float(1.0)
+        if theta > light.cone_angle:
+            cone = 0.0
+        elif theta > rim:
             x = (theta - rim) / (light.cone_angle - rim)
             cone = 1.0 - x * x * (3.0 - 2.0 * x)
         factor = factor * cone
@@ -130,25 +134,29 @@ def sphere_irradiance(distance: float, radius: float) -> float:
 
 @wp.func
 def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
-    """Return the vector irradiance from a capless cylinder of radiance 1.
+    """Return the vector irradiance from a capless cylinder of radiance 1: the sum over flat facets of its lit side.
 
-    Uniform radiance depends on the silhouette alone: the rectangle through the tangent lines, seen from the point.
-    Exact for a long cylinder, the ends being cut by the plane of that rectangle.
+    Uniform radiance depends on the silhouette alone. The facets run between the two tangent lines, so the sides of the
+    silhouette are exact, and only the arcs at its ends are made of ``CYLINDER_FACETS`` straight pieces.
     """
     axial = wp.dot(to_center, light.axis_x)
     radial = to_center - light.axis_x * axial
     d = wp.length(radial)
+    zero = wp.vec3(0.0, 0.0, 0.0)
     if d <= light.radius:
-        return wp.vec3(0.0, 0.0, 0.0)
-    toward = radial / d
-    ratio = light.radius / d
-    # The tangent points lie r^2 / d before the axis, r sqrt(1 - (r / d)^2) to either side.
-    half_width = light.radius * wp.sqrt(1.0 - ratio * ratio)
-    center = to_center - toward * (light.radius * ratio)
+        return zero
+    toward = radial * (-light.radius / d)
+    side = wp.cross(light.axis_x, toward)
     half_x = light.axis_x * light.half_width
-    half_y = wp.cross(toward, light.axis_x) * half_width
-    result = rect_irradiance(center, half_x, half_y)
-    return wp.where(wp.dot(result, center) < 0.0, -result, result)
+    arc = wp.acos(light.radius / d)
+    result = zero
+    previous = toward * wp.cos(arc) - side * wp.sin(arc)
+    for k in range(CYLINDER_FACETS):
+        angle = arc * (2.0 * float(k + 1) / float(CYLINDER_FACETS) - 1.0)
+        edge = toward * wp.cos(angle) + side * wp.sin(angle)
+        result += rect_irradiance(to_center + 0.5 * (previous + edge), half_x, 0.5 * (edge - previous))
+        previous = edge
+    return face_forward(result, to_center)
 
 
 @wp.func
@@ -171,7 +179,9 @@ def sample_light(light: LightData, position: wp.vec3) -> LightSample:
     s.wi = s.to_shadow
     amount = float(0.0)
     if light.kind == KIND_POINT:
-        amount = wp.where(light.has_falloff != 0, wp.pi * light.radius * light.radius / (distance * distance), 1.0)
+        amount = 1.0
+        if light.has_falloff != 0:
+            amount = wp.pi * light.radius * light.radius / (distance * distance)
     elif light.kind == KIND_SPHERE:
         amount = sphere_irradiance(distance, light.radius)
     else:

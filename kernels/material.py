@@ -144,7 +144,9 @@ def passage_eta(surface: Surface, is_closed: int, wo: wp.vec3, ior: float) -> fl
     """
     if is_closed == 0 or ior <= 0.0:
         return 1.0
-    return wp.where(wp.dot(surface.n_geometric, wo) > 0.0, 1.0 / ior, ior)
+    if wp.dot(surface.n_geometric, wo) > 0.0:
+        return 1.0 / ior
+    return ior
 
 
 @wp.func
@@ -280,7 +282,9 @@ def phong(diffuse: wp.vec3, specular: wp.vec3, exponent: float, n: wp.vec3, wo: 
     """
     n_wi = wp.dot(n, wi)
     r_wo = wp.max(wp.dot(2.0 * n_wi * n - wi, wo), 0.0)
-    highlight = wp.where(r_wo > 0.0, wp.pow(r_wo, exponent), 0.0)
+    highlight = float(0.0)
+    if r_wo > 0.0:
+        highlight = wp.pow(r_wo, exponent)
     return diffuse * n_wi + specular * highlight
 
 

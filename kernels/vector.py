@@ -16,7 +16,9 @@ def max_component(v: wp.vec3) -> float:
 @wp.func
 def face_forward(normal: wp.vec3, toward: wp.vec3) -> wp.vec3:
     """Return ``normal`` or its opposite, whichever lies on the side of ``toward``."""
-    return wp.where(wp.dot(normal, toward) < 0.0, -normal, normal)
+    if wp.dot(normal, toward) < 0.0:
+        return -normal
+    return normal
 
 
 @wp.func

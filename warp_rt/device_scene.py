@@ -15,6 +15,7 @@ from warp_rt.dome import irradiance_map
 from warp_rt.kernels import structs
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
+from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import Dome, Input, Light, LightKind, Material, MaterialModel, Mesh, Primvar, Scene
 
 # Defaults of the two specifications: WhittedSurface (docs/whitted.md), UsdPreviewSurface 2.6.
@@ -60,25 +61,26 @@ class DeviceScene:
     """Device memory that its arrays take [byte]."""
 
 
-def upload_scene(scene: Scene, *, device: str) -> DeviceScene:
-    """Return ``scene`` on a device. Coordinates are made relative to ``scene.origin()`` before they become float32."""
-    origin = scene.origin()
+def upload_scene(scene: Scene, *, device: str, placement: Placement | None = None) -> DeviceScene:
+    """Return ``scene`` on a device.
+
+    Args:
+        scene: What to upload.
+        device: Resolved device.
+        placement: Coordinates that its hierarchies were built in; None: as ``place_scene`` gives them.
+    """
+    placement = placement or place_scene(scene)
     slots = _primvar_slots(scene)
     pack = _Packer(device)
     data = structs.SceneData()
-    _pack_meshes(data, pack, scene.meshes, slots)
-    _pack_instances(data, pack, scene, slots, origin)
+    _pack_meshes(data, pack, scene.meshes, placement, slots)
+    _pack_instances(data, pack, scene, placement, slots)
     _pack_materials(data, pack, scene, slots)
     _pack_images(data, pack, scene)
-    data.lights = pack.records(structs.LightData, [_light_record(light, origin) for light in scene.lights])
+    data.lights = pack.records(structs.LightData, [_light_record(light, placement.origin) for light in scene.lights])
     data.light_count = len(scene.lights)
     _pack_domes(data, pack, scene)
-    return DeviceScene(data, device, origin, pack.bytes)
-
-
-def affine_inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverses of affine matrices, shape [n, 4, 4], computed in float64."""
-    return np.linalg.inv(matrix) if len(matrix) else matrix
+    return DeviceScene(data, device, placement.origin, pack.bytes)
 
 
 class _Packer:
@@ -115,17 +117,17 @@ def _primvar_slots(scene: Scene) -> dict[str, int]:
     return {name: slot for slot, name in enumerate(names)}
 
 
-def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], slots: dict[str, int]) -> None:
+def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], placement: Placement, slots: dict[str, int]) -> None:
     points, corners, values, material_slots, face_ids = [], [], [], [], []
     mesh_table = np.zeros(len(meshes), structs.MeshData.numpy_dtype())
     primvar_table = np.zeros((len(meshes), len(slots)), structs.PrimvarData.numpy_dtype())
     point_count = corner_count = value_count = slot_count = face_count = 0
-    for record, primvars, mesh in zip(mesh_table, primvar_table, meshes, strict=True):
+    for record, primvars, mesh, origin in zip(mesh_table, primvar_table, meshes, placement.mesh_origins, strict=True):
         triangle_offset = corner_count
         record["point_offset"] = point_count
         record["triangle_offset"] = triangle_offset
         record["is_closed"] = mesh.is_closed
-        points.append(mesh.points)
+        points.append(relative_points(mesh.points, origin))
         corners.append(mesh.triangles)
         point_count += len(mesh.points)
         corner_count += len(mesh.triangles)
@@ -162,13 +164,11 @@ def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], slots: dict[s
     data.primvar_count = len(slots)
 
 
-def _pack_instances(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int], origin: np.ndarray) -> None:
+def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement, slots: dict[str, int]) -> None:
     instances = scene.instances
-    matrix = instances.world_from_local.copy()
-    matrix[:, :3, 3] -= origin
     table = np.zeros(len(instances), structs.InstanceData.numpy_dtype())
-    table["world_from_local"] = matrix[:, :3]
-    table["local_from_world"] = affine_inverse(matrix)[:, :3]
+    table["world_from_local"] = placement.world_from_local
+    table["local_from_world"] = placement.local_from_world
     table["mesh"] = instances.mesh
     table["material_offset"] = instances.material_offset
     table["prim"] = instances.prim

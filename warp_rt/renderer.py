@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.accel import Accel, build_accel, make_stack
+from warp_rt.accel import Accel, build_accel, make_stacks
 from warp_rt.compile import load_kernels
 from warp_rt.device_scene import upload_scene
 from warp_rt.errors import OptionError
@@ -92,7 +92,7 @@ class Renderer:
 
     def _upload(self, scene: Scene) -> None:
         with _clock(self.seconds, "upload"):
-            self._device_scene = upload_scene(scene, device=self.device)
+            self._device_scene = upload_scene(scene, device=self.device, placement=self.accel.placement)
 
     @property
     def device_bytes(self) -> int:
@@ -162,7 +162,7 @@ class Renderer:
         elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * depth
         counter_rows = 1 if self.device == "cpu" else _CUDA_COUNTER_ROWS
         counts = wp.zeros(shape=(counter_rows, elements), dtype=wp.int64, device=self.device)
-        return tasks, make_stack(self.accel, rows), counts
+        return tasks, make_stacks(self.accel, rows), counts
 
     def _develop(self, arrays: dict[str, wp.array], counts: np.ndarray, camera: Camera) -> Film:
         """Return the film with samples averaged, exposure applied, and positions in world space."""

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which camera, which size, which window."""
+
+import numpy as np
+import pytest
+
+from warp_rt.errors import SceneError
+from warp_rt.film_camera import camera_data, choose_camera, conform_window, image_size
+from warp_rt.options import RenderOptions
+from warp_rt.scene import Camera, Scene, Settings
+
+TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+
+
+def camera(path: str = "/cam", window: tuple = (-0.2, 0.2, -0.1, 0.1), **fields: object) -> Camera:
+    return Camera(path, np.eye(4), window, **fields)  # type: ignore[arg-type]
+
+
+def scene(*paths: str, settings: Settings | None = None) -> Scene:
+    return Scene.from_arrays(*TRIANGLE, cameras=[camera(p) for p in paths], settings=settings)
+
+
+def test_choice_of_camera() -> None:
+    assert choose_camera(scene(), None) is None
+    assert choose_camera(scene("/a", "/b"), None).path == "/a"
+    assert choose_camera(scene("/a", "/x/main_cam"), None).path == "/x/main_cam"
+    assert choose_camera(scene("/a", "/main_cam", settings=Settings(camera="/a")), None).path == "/a"
+    assert choose_camera(scene("/a", "/x/b"), "b").path == "/x/b"
+    assert choose_camera(scene("/a", "/x/b"), "/x/b").path == "/x/b"
+    with pytest.raises(SceneError, match="did you mean /x/shotcam"):
+        choose_camera(scene("/a", "/x/shotcam"), "/x/shotcan")
+
+
+@pytest.mark.parametrize(
+    ("options", "settings", "size"),
+    [
+        ({}, {}, (960, 480)),  # usdrecord's width; the camera's aspect is 2
+        ({}, {"resolution": (320, 240)}, (320, 240)),
+        ({"width": 101}, {}, (101, 50)),  # truncated
+        ({"height": 50}, {}, (100, 50)),
+        ({"width": 64, "height": 64}, {"resolution": (320, 240)}, (64, 64)),
+        ({"width": 64}, {"resolution": (320, 240)}, (64, 48)),
+    ],
+)
+def test_size(options: dict, settings: dict, size: tuple) -> None:
+    assert image_size(camera(), RenderOptions(**options), Settings(**settings)) == size
+
+
+@pytest.mark.parametrize(
+    ("policy", "aspect", "expected"),
+    [
+        ("expandAperture", 4.0, (-0.4, 0.4, -0.1, 0.1)),
+        ("expandAperture", 1.0, (-0.2, 0.2, -0.2, 0.2)),
+        ("cropAperture", 4.0, (-0.2, 0.2, -0.05, 0.05)),
+        ("cropAperture", 1.0, (-0.1, 0.1, -0.1, 0.1)),
+        ("adjustApertureWidth", 1.0, (-0.1, 0.1, -0.1, 0.1)),
+        ("adjustApertureHeight", 4.0, (-0.2, 0.2, -0.05, 0.05)),
+        ("adjustPixelAspectRatio", 4.0, (-0.2, 0.2, -0.1, 0.1)),
+    ],
+)
+def test_conform_policies_of_usdrender(policy: str, aspect: float, expected: tuple) -> None:
+    assert conform_window((-0.2, 0.2, -0.1, 0.1), aspect, policy) == pytest.approx(expected)
+
+
+def test_the_window_keeps_its_offset() -> None:
+    left, right, bottom, top = conform_window((0.0, 0.4, -0.1, 0.1), 4.0, "expandAperture")
+    assert (left + right, bottom + top) == pytest.approx((0.4, 0.0))
+
+
+def test_eye_rays_of_a_camera_struct() -> None:
+    data = camera_data(camera(), 200, 100, Settings(), np.zeros(3))
+    np.testing.assert_allclose(data.corner, [-0.2, 0.1, -1], atol=1e-7)
+    np.testing.assert_allclose(data.right, [0.4, 0, 0], atol=1e-7)
+    np.testing.assert_allclose(data.down, [0, -0.2, 0], atol=1e-7)
+    np.testing.assert_allclose(data.forward, [0, 0, -1], atol=1e-7)
+
+
+def test_a_mirroring_camera_still_looks_forward() -> None:
+    matrix = np.diag([-1.0, 1, 1, 1])
+    data = camera_data(Camera("/c", matrix, (-1, 1, -1, 1)), 10, 10, Settings(), np.zeros(3))
+    np.testing.assert_allclose(data.forward, [0, 0, -1], atol=1e-7)
+
+
+def test_a_flat_camera_is_refused() -> None:
+    with pytest.raises(SceneError, match="/c"):
+        camera_data(Camera("/c", np.diag([0.0, 1, 1, 1]), (-1, 1, -1, 1)), 10, 10, Settings(), np.zeros(3))
