@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A camera for scenes that have none, placed as usdrecord places it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warp_rt.scene import Camera, Scene
+
+# GfCamera's defaults, in tenths of a scene unit.
+_FOCAL_LENGTH = 50.0
+_HORIZONTAL_APERTURE = 20.955
+_VERTICAL_APERTURE = 15.2908
+
+_NEAR = 1.0  # GfCamera's near distance [scene unit]: usdrecord steps back by it where the camera is nearer
+_FLAT = 1e-6  # extent by the largest one, below which a scene has no extent
+_PATH = "/__framing"
+
+
+def frame_scene(scene: Scene, *, aspect: float = 0.0) -> Camera:
+    """Return a camera that sees the whole scene, along -Z with +Y up, or along +Y with +Z up.
+
+    As in usdrecord, the circle about the corner of the bounding box that faces the camera fills the width of a 50 mm
+    camera's picture. Two departures: a scene that is flat along its up axis, of which that camera would see an edge,
+    is looked at from above; and an empty scene is framed like a cube of side 2 about the origin.
+
+    Args:
+        scene: Its bounds and its up axis count.
+        aspect: Width by height of the image, which the window is widened or heightened to, never cut (the policy
+            expandAperture). 0: unknown; the window keeps that of a 35 mm academy frame, as GfCamera has it.
+
+    Reference: OpenUSD, UsdAppUtils, framing of a stage without camera.
+    """
+    low, high = scene.bounds()
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        low, high = np.full(3, -1.0), np.full(3, 1.0)
+    center, size = (low + high) / 2, high - low
+    # Columns: right, up and back (out of the picture), as rows of world axes.
+    is_z_up = scene.up_axis == "Z"
+    right, up, back = np.eye(3) if not is_z_up else np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    if abs(size @ np.abs(up)) <= _FLAT * size.max() < size @ np.abs(back):
+        up, back = -back, up
+    radius = math.hypot(size @ right, size @ np.abs(up)) / 2
+    distance = radius / (_HORIZONTAL_APERTURE / 2 / _FOCAL_LENGTH) + float(size @ np.abs(back)) / 2
+    if distance < _NEAR:
+        distance += _NEAR
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.column_stack([right, up, back])
+    matrix[:3, 3] = center + distance * back
+    half_width, half_height = _HORIZONTAL_APERTURE / 2 / _FOCAL_LENGTH, _VERTICAL_APERTURE / 2 / _FOCAL_LENGTH
+    if aspect > 0:
+        half_width, half_height = max(half_width, half_height * aspect), max(half_height, half_width / aspect)
+    return Camera(_PATH, matrix, (-half_width, half_width, -half_height, half_height))

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Surfaces of other renderers, told in the terms of UsdPreviewSurface as far as those reach.
+
+Each row names the inputs that mean much the same; what a model has beyond (sheen, subsurface, anisotropy, ...) is
+dropped, which the diagnostic of such a material says. Defaults are those of the model's own definition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Term:
+    """An input of UsdPreviewSurface as an input of another model, times a weight that is constant over the surface."""
+
+    name: str
+    default: Color | float
+    weight: str = ""
+    """Name of a scalar input that multiplies it; empty: none."""
+    weight_default: float = 1.0
+    is_complement: bool = False
+    """Whether one minus the input is meant: transmission as opacity. Such inputs are read only where constant."""
+
+
+def _standard_surface(base: float) -> dict[str, Term]:
+    """Autodesk Standard Surface (Georgiev et al. 2019); MaterialX and Arnold differ in the weight of the base."""
+    return {
+        "diffuseColor": Term("base_color", (0.8, 0.8, 0.8), "base", base),
+        "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 0.0),
+        "metallic": Term("metalness", 0.0),
+        "roughness": Term("specular_roughness", 0.2),
+        "ior": Term("specular_IOR", 1.5),
+        "clearcoat": Term("coat", 0.0),
+        "clearcoatRoughness": Term("coat_roughness", 0.1),
+        "opacity": Term("transmission", 0.0, is_complement=True),
+    }
+
+
+_PREVIEW_SURFACES = frozenset({"UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader"})
+
+_FOREIGN: Mapping[str, Mapping[str, Term]] = {
+    "ND_standard_surface_surfaceshader": _standard_surface(1.0),
+    "ND_standard_surface_surfaceshader_100": _standard_surface(0.8),
+    "standard_surface": _standard_surface(0.8),
+    "arnold:standard_surface": _standard_surface(0.8),
+    "ND_open_pbr_surface_surfaceshader": {
+        "diffuseColor": Term("base_color", (0.8, 0.8, 0.8), "base_weight", 1.0),
+        "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission_luminance", 0.0),
+        "metallic": Term("base_metalness", 0.0),
+        "roughness": Term("specular_roughness", 0.3),
+        "ior": Term("specular_ior", 1.5),
+        "clearcoat": Term("coat_weight", 0.0),
+        "clearcoatRoughness": Term("coat_roughness", 0.0),
+        "opacity": Term("transmission_weight", 0.0, is_complement=True),
+    },
+    "ND_gltf_pbr_surfaceshader": {
+        "diffuseColor": Term("base_color", (1.0, 1.0, 1.0)),
+        "emissiveColor": Term("emissive", (0.0, 0.0, 0.0), "emissive_strength", 1.0),
+        "metallic": Term("metallic", 1.0),
+        "roughness": Term("roughness", 1.0),
+        "ior": Term("ior", 1.5),
+        "clearcoat": Term("clearcoat", 0.0),
+        "clearcoatRoughness": Term("clearcoat_roughness", 0.0),
+        "opacity": Term("transmission", 0.0, is_complement=True),
+    },
+    "ND_surface_unlit": {
+        "diffuseColor": Term("", (0.0, 0.0, 0.0)),
+        "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 1.0),
+        "roughness": Term("", 1.0),
+        "ior": Term("", 1.0),
+    },
+    "arnold:lambert": {
+        "diffuseColor": Term("Kd_color", (1.0, 1.0, 1.0), "Kd", 0.8),
+        "roughness": Term("", 1.0),
+        "ior": Term("", 1.0),
+    },
+    "mitsuba_diffuse": {
+        "diffuseColor": Term("reflectance", (0.5, 0.5, 0.5)),
+        "roughness": Term("", 1.0),
+        "ior": Term("", 1.0),
+    },
+    "mitsuba_principled": {
+        "diffuseColor": Term("base_color", (0.5, 0.5, 0.5)),
+        "metallic": Term("metallic", 0.0),
+        "roughness": Term("roughness", 0.5),
+        "clearcoat": Term("clearcoat", 0.0),
+    },
+    "PxrDiffuse": {
+        "diffuseColor": Term("diffuseColor", (0.5, 0.5, 0.5)),
+        "roughness": Term("", 1.0),
+        "ior": Term("", 1.0),
+    },
+    "PxrDisney": {
+        "diffuseColor": Term("baseColor", (0.5, 0.5, 0.5)),
+        "metallic": Term("metallic", 0.0),
+        "roughness": Term("roughness", 0.25),
+        "clearcoat": Term("clearcoat", 0.0),
+    },
+}
+
+
+def is_preview_surface(shader: str) -> bool:
+    """Return whether a shader identifier is UsdPreviewSurface's, or its twin's in MaterialX."""
+    return shader in _PREVIEW_SURFACES
+
+
+def foreign_terms(shader: str) -> Mapping[str, Term] | None:
+    """Return what UsdPreviewSurface's inputs are in another model; None for a model that is not known."""
+    return _FOREIGN.get(shader)

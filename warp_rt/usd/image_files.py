@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Image files to texels: PNG, JPEG, TGA, BMP, TIFF and WebP by Pillow, .exr by OpenEXR, .hdr by our own reader.
+
+Files are opened through USD's asset resolver, so members of .usdz packages are files like any other.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image as PilImage
+from pxr import Ar
+
+from warp_rt.errors import SceneError
+from warp_rt.usd.radiance_hdr import radiance_size, read_radiance
+
+MAX_TEXELS = 1 << 27  # 16384 x 8192, the largest sky in common use; 512 MiB of 8-bit texels
+_PILLOW_FORMATS = ("PNG", "JPEG", "TGA", "BMP", "TIFF", "WEBP")
+# Unpackers of 16-bit channels: each keeps one byte of two; its partner keeps the other, or all (grey with alpha).
+_OTHER_BYTES = {
+    "RGB;16B": "RGB;16L",
+    "RGB;16L": "RGB;16B",
+    "RGB;16N": "RGB;16B",
+    "RGBA;16B": "RGBA;16L",
+    "RGBA;16L": "RGBA;16B",
+    "RGBA;16N": "RGBA;16B",
+    "LA;16B": "RGBA",
+}
+_MAX_HALF = 65504.0  # largest finite half float: what infinite texels of skies become
+
+
+@dataclass(frozen=True)
+class ImageFile:
+    """Texels of a file, and what decides how they are to be decoded."""
+
+    pixels: np.ndarray
+    """uint8 or finite float32, shape [height, width, 4], bottom row first."""
+    channel_count: int
+    """1 to 4 in the file. One channel stands for red, green and blue; of two, the second is alpha."""
+
+    @property
+    def is_srgb_by_default(self) -> bool:
+        """Whether ``sourceColorSpace = "auto"`` means sRGB: 8 bits a channel and at least three channels."""
+        return self.pixels.dtype == np.uint8 and self.channel_count >= 3
+
+
+def read_image_file(path: str) -> ImageFile:
+    """Return the texels of a file.
+
+    Args:
+        path: A resolved asset path, as ``Sdf.AssetPath.resolvedPath`` has it; may lie in a package.
+
+    Raises:
+        SceneError: The file is missing, damaged, too large, or of a format that is not supported; the message does
+            not hold the path.
+    """
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
+    if not asset:
+        raise SceneError("the file cannot be opened")
+    with asset as opened:
+        data = bytes(opened.GetBuffer() or b"")  # None for an empty file
+    try:
+        if data.startswith(b"#?"):
+            _check_size(*radiance_size(data))
+            return _image_file(read_radiance(data))
+        if data.startswith(b"\x76\x2f\x31\x01"):
+            return _read_exr(data)
+        return _read_with_pillow(data)
+    except SceneError:
+        raise
+    except MemoryError:
+        raise SceneError("the image does not fit into memory") from None
+    except Exception as error:
+        # The decoders raise whatever they meet in a damaged file: OSError, SyntaxError, struct.error, ValueError, ...
+        raise SceneError(f"the image is damaged ({' '.join(str(error).split())[:120]})") from None
+
+
+def _check_size(width: int, height: int) -> None:
+    if width < 1 or height < 1 or width * height > MAX_TEXELS:
+        raise SceneError(f"{width} x {height} texels; 1 to {MAX_TEXELS} are supported")
+
+
+def _image_file(channels: np.ndarray) -> ImageFile:
+    """Return an image from 1 to 4 channels, shape [height, width, c], top row first."""
+    height, width, count = channels.shape
+    pixels = np.empty((height, width, 4), channels.dtype)
+    pixels[..., :3] = channels[..., :3] if count >= 3 else channels[..., :1]
+    pixels[..., 3] = channels[..., count - 1] if count in (2, 4) else (255 if channels.dtype == np.uint8 else 1.0)
+    if channels.dtype == np.float32:
+        np.nan_to_num(pixels, copy=False, nan=0.0, posinf=_MAX_HALF, neginf=0.0)
+    return ImageFile(np.ascontiguousarray(pixels[::-1]), count)
+
+
+# --- OpenEXR
+
+
+def _read_exr(data: bytes) -> ImageFile:
+    import OpenEXR  # here, for few scenes hold one and the import costs as much as numpy's
+
+    low, high = OpenEXR.File(io.BytesIO(data), separate_channels=True, header_only=True).header()["dataWindow"]
+    _check_size(int(high[0]) - int(low[0]) + 1, int(high[1]) - int(low[1]) + 1)
+    channels = OpenEXR.File(io.BytesIO(data), separate_channels=True).channels()
+    names = _exr_channel_names(list(channels))
+    planes = [channels[name].pixels for name in names]
+    if any(plane is None or plane.shape != planes[0].shape for plane in planes):
+        raise SceneError("subsampled channels are not supported")
+    return _image_file(np.stack(planes, axis=-1).astype(np.float32))
+
+
+def _exr_channel_names(names: Sequence[str]) -> list[str]:
+    """Return the channels that make up the picture: R, G, B, A or Y, A, else those of the first layer that has them."""
+    layers = sorted({name.rpartition(".")[0] for name in names}, key=lambda layer: (layer != "", layer))
+    for layer in layers:
+        prefix = f"{layer}." if layer else ""
+        for wanted in (("R", "G", "B", "A"), ("R", "G", "B"), ("Y", "A"), ("Y",), ("R", "G"), ("R",)):
+            if all(prefix + name in names for name in wanted):
+                return [prefix + name for name in wanted]
+    raise SceneError(f"no colour among its channels {', '.join(names[:8])}")
+
+
+# --- Pillow
+
+
+def _read_with_pillow(data: bytes) -> ImageFile:
+    with warnings.catch_warnings():
+        # Pillow warns from 2^26 texels on; the limit here is its own, and damaged EXIF data is of no interest.
+        warnings.simplefilter("ignore")
+        try:
+            image = PilImage.open(io.BytesIO(data), formats=_PILLOW_FORMATS)
+        except PilImage.UnidentifiedImageError:
+            raise SceneError("the format is none of PNG, JPEG, TGA, BMP, TIFF, WebP, EXR, HDR") from None
+        except PilImage.DecompressionBombError:
+            raise SceneError(f"more than {MAX_TEXELS} texels") from None
+        _check_size(*image.size)
+        wide = _read_wide(data, image)
+        if wide is not None:
+            return wide
+        image.load()
+    return _image_file(_channels(image))
+
+
+def _channels(image: PilImage.Image) -> np.ndarray:
+    """Return a loaded image as channels, shape [height, width, 1 to 4], uint8 or float32."""
+    mode = image.mode
+    if mode.startswith("I;16"):
+        return np.asarray(image, np.float32)[..., None] / np.float32(65535)
+    if mode == "I":
+        # 32-bit integers have no agreed scale; full range of the unsigned 16-bit data that they usually hold.
+        return np.asarray(image, np.float32)[..., None] / np.float32(65535)
+    if mode == "F":
+        return np.asarray(image, np.float32)[..., None]
+    has_alpha = mode in ("LA", "La", "PA", "RGBA", "RGBa") or "transparency" in image.info
+    target = ("L" if mode in ("1", "L", "LA", "La") else "RGB") + ("A" if has_alpha else "")
+    channels = np.asarray(image if mode == target else image.convert(target))
+    return channels.reshape(*channels.shape[:2], -1)
+
+
+def _read_wide(data: bytes, image: PilImage.Image) -> ImageFile | None:
+    """Return a 16-bit image of several channels, or None if it is not one.
+
+    Pillow keeps only the more significant byte of such channels. Decoded a second time by the unpacker of
+    ``_OTHER_BYTES`` it gives the rest.
+    """
+    rawmodes = [tile.args if isinstance(tile.args, str) else (tile.args or ("",))[0] for tile in image.tile]
+    if not rawmodes or not all(rawmode in _OTHER_BYTES for rawmode in rawmodes):
+        return None
+    other = PilImage.open(io.BytesIO(data), formats=_PILLOW_FORMATS)
+    other.tile = [
+        tile._replace(args=_OTHER_BYTES[mode] if isinstance(tile.args, str) else (_OTHER_BYTES[mode], *tile.args[1:]))
+        for tile, mode in zip(other.tile, rawmodes, strict=True)
+    ]
+    high, low = np.asarray(image, np.float32), np.asarray(other, np.float32)
+    if rawmodes[0] == "LA;16B":
+        high, low = low[..., 0::2], low[..., 1::2]
+    return _image_file((high * 256 + low) / np.float32(65535))

@@ -1,0 +1,330 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""UsdLux lights to Light and Dome, with the schema's units resolved.
+
+A light's radiance is intensity * 2^exposure * color, times the black body's colour where that is enabled, divided by
+the world-space area where the light is normalised.
+
+Reference: UsdLux schema documentation, "Quantities and Units"; OpenUSD's hdEmbree, which serves as its
+reference implementation.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdLux
+
+from warp_rt.report import Report
+from warp_rt.scene import Dome, Light, LightKind
+from warp_rt.usd.attribute_values import numbers, read_bool, read_float, read_token, read_value, read_vector
+
+UNSUPPORTED_LIGHT = "W401"
+IGNORED_PROFILE = "W402"
+IGNORED_FILTER = "W403"
+IGNORED_LINKING = "W404"
+IGNORED_SHADOW = "W405"
+IGNORED_TEXTURE = "W406"
+OLD_ATTRIBUTE = "W407"
+UNEVEN_SCALE = "W408"
+INVALID_LIGHT = "W409"
+IGNORED_PORTALS = "W410"
+DOME_LAYOUT = "W411"
+
+_KINDS = {
+    "SphereLight": LightKind.SPHERE,
+    "RectLight": LightKind.RECT,
+    "DiskLight": LightKind.DISK,
+    "CylinderLight": LightKind.CYLINDER,
+    "DistantLight": LightKind.DISTANT,
+}
+_DOMES = ("DomeLight", "DomeLight_1")
+# Names without the prefix "inputs:", which files older than USD 21 have and the schema now ignores.
+_OLD_NAMES = ("intensity", "exposure", "color", "normalize", "angle", "radius", "width", "height", "length")
+# Scales along the axes of a round light that differ by less count as equal: float32 transforms are not exact.
+_EVEN_SCALE = 1e-3
+# Thomsen's exponent for the area of an ellipsoid, within 1.2 % of the true area; UsdLux's reference has it, too.
+_THOMSEN = 1.6
+# Pole +Y to +Z, image centre +Z to -Y: the rotation of a dome whose pole is Z.
+_Z_POLE = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+
+
+class Images(Protocol):
+    """What a dome needs of the images: ``warp_rt.usd.materials.MaterialReader`` has it."""
+
+    def image(self, asset: Sdf.AssetPath, prim: Usd.Prim) -> int:
+        """Return the row of an image, or -1."""
+
+    def is_srgb(self, row: int, attribute: Usd.Attribute, prim: object) -> bool:
+        """Return whether the image of an attribute is to be decoded by the sRGB curve."""
+
+
+def is_light(prim: Usd.Prim) -> bool:
+    """Return whether a prim is a light. Meshes and volumes with a light schema applied are lights and geometry both."""
+    return prim.HasAPI(UsdLux.LightAPI)
+
+
+def read_light(
+    prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode, report: Report, images: Images
+) -> Light | Dome | None:
+    """Return a light, or None, with a diagnostic, for one that cannot be drawn; None, too, for an invisible one.
+
+    Args:
+        prim: A prim that :func:`is_light`.
+        world_from_local: float64, shape [4, 4], acting on column vectors.
+        time: When.
+        report: Takes diagnostics about what is ignored.
+        images: Reads the texture of a dome.
+    """
+    if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
+        return None
+    kind = prim.GetTypeName()
+    path = prim.GetPath()
+    if kind not in _KINDS and kind not in _DOMES:
+        name = "a light without a type" if not kind else f"a {kind} as a light"
+        report.warn(UNSUPPORTED_LIGHT, path, f"{name} is not supported; it gives no light")
+        return None
+    matrix = np.array(world_from_local, float)
+    if not np.isfinite(matrix).all() or not _is_invertible(matrix):
+        report.warn(INVALID_LIGHT, path, "the transform is singular or not finite; the light is left out")
+        return None
+    _report_ignored(prim, time, report)
+    if kind in _DOMES:
+        return _read_dome(prim, kind, matrix, time, report, images)
+    return _read_shape(prim, _KINDS[kind], matrix, time, report)
+
+
+def _is_invertible(matrix: np.ndarray) -> bool:
+    scales = np.linalg.norm(matrix[:3, :3], axis=0)
+    return bool((scales > 0).all() and abs(np.linalg.det(matrix[:3, :3] / scales)) > 1e-9)
+
+
+def _emission(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
+    """Return intensity * 2^exposure * color * temperature, before normalisation: shape [3]."""
+    intensity = read_float(prim, "inputs:intensity", time, 1.0)
+    exposure = read_float(prim, "inputs:exposure", time, 0.0)
+    color = np.array(read_vector(prim, "inputs:color", time, 3) or (1.0, 1.0, 1.0))
+    if read_bool(prim, "inputs:enableColorTemperature", time, False):
+        temperature = read_float(prim, "inputs:colorTemperature", time, 6500.0)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(temperature))
+    with np.errstate(over="ignore"):
+        return intensity * np.exp2(exposure) * color
+
+
+def _multipliers(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[float, float]:
+    return read_float(prim, "inputs:diffuse", time, 1.0), read_float(prim, "inputs:specular", time, 1.0)
+
+
+def _read_shape(
+    prim: Usd.Prim, kind: LightKind, matrix: np.ndarray, time: Usd.TimeCode, report: Report
+) -> Light | None:
+    path = prim.GetPath()
+    emission = _emission(prim, time)
+    is_normalized = read_bool(prim, "inputs:normalize", time, False)
+    radius = read_float(prim, "inputs:radius", time, 0.5)
+    width = read_float(prim, "inputs:width", time, 1.0)
+    height = read_float(prim, "inputs:height", time, 1.0)
+    length = read_float(prim, "inputs:length", time, 1.0)
+    angle = math.radians(min(max(read_float(prim, "inputs:angle", time, 0.53), 0.0), 360.0))
+    has_falloff = True
+    if kind == LightKind.SPHERE and read_bool(prim, "treatAsPoint", time, False):
+        kind = LightKind.POINT
+        has_falloff = read_token(prim, "warp_rt:falloff", time, "inverseSquare") != "none"
+        if radius == 0 and is_normalized and has_falloff:
+            # A normalised point sends out a quarter of its intensity in every direction, whatever its radius is.
+            radius = 1.0
+    if kind in (LightKind.SPHERE, LightKind.POINT, LightKind.CYLINDER):
+        matrix = _rounded(matrix, kind, path, report)
+    if not has_falloff:
+        divisor = 1.0
+    elif kind == LightKind.DISTANT:
+        divisor = _distant_divisor(angle) if is_normalized else 1.0
+    else:
+        area = _world_area(kind, matrix, radius, width, height, length)
+        if not 0 < area < math.inf:
+            report.warn(INVALID_LIGHT, path, "has no area, so it gives no light; left out")
+            return None
+        divisor = area if is_normalized else 1.0
+    radiance = emission / divisor
+    if not np.isfinite(radiance).all():
+        report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
+        return None
+    diffuse, specular = _multipliers(prim, time)
+    focus, focus_tint, cone_angle, cone_softness = _shaping(prim, time) if kind != LightKind.DISTANT else _NO_SHAPING
+    red, green, blue = (float(c) for c in radiance)
+    return Light(
+        str(path),
+        kind,
+        matrix,
+        (red, green, blue),
+        radius=radius,
+        width=width,
+        height=height,
+        length=length,
+        angle=angle if kind == LightKind.DISTANT else 0.0,
+        has_falloff=has_falloff,
+        casts_shadow=read_bool(prim, "inputs:shadow:enable", time, True),
+        diffuse=diffuse,
+        specular=specular,
+        focus=focus,
+        focus_tint=focus_tint,
+        cone_angle=cone_angle,
+        cone_softness=cone_softness,
+    )
+
+
+# Seen from far away, a distant light's rays leave along its axis: nothing to shape.
+_NO_SHAPING = (0.0, (0.0, 0.0, 0.0), math.pi, 0.0)
+
+
+def _shaping(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[float, tuple[float, float, float], float, float]:
+    """Return focus, tint, half cone angle [rad] and softness; those of ShapingAPI where it is applied or authored."""
+    red, green, blue = read_vector(prim, "inputs:shaping:focusTint", time, 3) or (0.0, 0.0, 0.0)
+    cone = read_float(prim, "inputs:shaping:cone:angle", time, 180.0)
+    softness = read_float(prim, "inputs:shaping:cone:softness", time, 0.0)
+    return (
+        max(read_float(prim, "inputs:shaping:focus", time, 0.0), 0.0),
+        (red, green, blue),
+        math.radians(min(max(cone, 0.0), 180.0)),
+        min(max(softness, 0.0), 1.0),
+    )
+
+
+# --- normalisation
+
+
+def _distant_divisor(angle: float) -> float:
+    """Return what a normalised distant light's intensity is divided by: the cone's projected solid angle [sr].
+
+    The schema's rule; beyond a half angle of 90 degrees what comes from below the horizon counts, too.
+    """
+    if angle <= 0:
+        return 1.0
+    sine_squared = math.sin(angle / 2) ** 2
+    return math.pi * (sine_squared if angle <= math.pi else 2.0 - sine_squared)
+
+
+def _world_area(
+    kind: LightKind, matrix: np.ndarray, radius: float, width: float, height: float, length: float
+) -> float:
+    """Return the area of a light's surface in world space."""
+    x, y, z = matrix[:3, 0], matrix[:3, 1], matrix[:3, 2]
+    if kind == LightKind.RECT:
+        return float(np.linalg.norm(np.cross(x * width, y * height)))
+    if kind == LightKind.DISK:
+        return math.pi * radius**2 * float(np.linalg.norm(np.cross(x, y)))
+    a, b, c = (float(np.linalg.norm(axis)) * radius for axis in (x, y, z))
+    if kind == LightKind.CYLINDER:
+        return _ellipse_circumference(b, c) * float(np.linalg.norm(x)) * length
+    return _ellipsoid_area(a, b, c)
+
+
+def _ellipsoid_area(a: float, b: float, c: float) -> float:
+    """Return the area of an ellipsoid of half axes a, b, c, by Thomsen's formula."""
+    mean = ((a * b) ** _THOMSEN + (a * c) ** _THOMSEN + (b * c) ** _THOMSEN) / 3
+    return 4 * math.pi * mean ** (1 / _THOMSEN)
+
+
+def _ellipse_circumference(a: float, b: float) -> float:
+    """Return the circumference of an ellipse of half axes a, b.
+
+    Reference: Ramanujan (1914), Modular Equations and Approximations to pi, the first of two formulas.
+    """
+    return math.pi * (3 * (a + b) - math.sqrt((3 * a + b) * (a + 3 * b)))
+
+
+def _rounded(matrix: np.ndarray, kind: LightKind, path: Sdf.Path, report: Report) -> np.ndarray:
+    """Return a transform that keeps a sphere a sphere, or a cylinder's section a circle.
+
+    An ellipsoid becomes the sphere of the same area: averaged over all directions it covers the same solid angle
+    (Cauchy's mean projected area of a convex body, a quarter of its surface), so it gives the same mean irradiance.
+    A cylinder likewise gets the radius of the same circumference.
+    """
+    axes = matrix[:3, :3]
+    scales = np.linalg.norm(axes, axis=0)
+    round_scales = scales[1:] if kind == LightKind.CYLINDER else scales
+    if round_scales.max() <= round_scales.min() * (1 + _EVEN_SCALE):
+        return matrix
+    a, b, c = (float(scale) for scale in scales)
+    if kind == LightKind.CYLINDER:
+        even = np.array([a, *[_ellipse_circumference(b, c) / (2 * math.pi)] * 2])
+    else:
+        even = np.full(3, math.sqrt(_ellipsoid_area(a, b, c) / (4 * math.pi)))
+    report.warn(UNEVEN_SCALE, path, "a round light under uneven scale is drawn as a circular one of the same area")
+    result = matrix.copy()
+    result[:3, :3] = axes * (even / scales)
+    return result
+
+
+# --- domes
+
+
+def _read_dome(
+    prim: Usd.Prim, kind: str, matrix: np.ndarray, time: Usd.TimeCode, report: Report, images: Images
+) -> Dome | None:
+    path = prim.GetPath()
+    if kind == "DomeLight_1":
+        pole = read_token(prim, "poleAxis", time, "scene")
+        if pole == "Z" or (pole == "scene" and UsdGeom.GetStageUpAxis(prim.GetStage()) == UsdGeom.Tokens.z):
+            matrix = matrix @ _Z_POLE
+    radiance = _emission(prim, time)
+    if not np.isfinite(radiance).all():
+        report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
+        return None
+    image, is_srgb = -1, False
+    asset = read_value(prim, "inputs:texture:file", time)
+    if isinstance(asset, Sdf.AssetPath) and asset.path:
+        layout = read_token(prim, "inputs:texture:format", time, "automatic")
+        if layout in ("automatic", "latlong"):
+            image = images.image(asset, prim)
+            is_srgb = images.is_srgb(image, prim.GetAttribute("inputs:texture:file"), path)
+        else:
+            report.warn(DOME_LAYOUT, path, f"the texture format {layout!r} is not supported; the dome is uniform")
+    diffuse, specular = _multipliers(prim, time)
+    red, green, blue = (float(c) for c in radiance)
+    return Dome(str(path), matrix, (red, green, blue), image=image, is_srgb=is_srgb, diffuse=diffuse, specular=specular)
+
+
+# --- what is not drawn
+
+
+def _report_ignored(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> None:
+    """Report each feature that a light has and the picture lacks."""
+    path = prim.GetPath()
+    profile = read_value(prim, "inputs:shaping:ies:file", time)
+    if isinstance(profile, Sdf.AssetPath) and profile.path:
+        report.warn(IGNORED_PROFILE, path, f"the IES profile @{profile.path}@ is not supported; ignored")
+    filters = prim.GetRelationship("light:filters")
+    if filters and filters.GetTargets():
+        report.warn(IGNORED_FILTER, path, "light filters are not supported; ignored")
+    for name in ("lightLink", "shadowLink"):
+        if _is_restricted(prim, name, time):
+            report.warn(IGNORED_LINKING, path, f"the collection {name} is not supported; every prim is linked")
+    if any(numbers(read_value(prim, "inputs:shadow:color", time)) or ()):
+        report.warn(IGNORED_SHADOW, path, "shadow:color is not supported; shadows are black")
+    if read_float(prim, "inputs:shadow:distance", time, -1.0) >= 0:
+        report.warn(IGNORED_SHADOW, path, "shadow:distance is not supported; shadows reach to the light")
+    texture = read_value(prim, "inputs:texture:file", time)
+    if prim.GetTypeName() == "RectLight" and isinstance(texture, Sdf.AssetPath) and texture.path:
+        report.warn(IGNORED_TEXTURE, path, f"the light's texture @{texture.path}@ is not supported; it is uniform")
+    portals = prim.GetRelationship("portals")
+    if portals and portals.GetTargets():
+        report.warn(IGNORED_PORTALS, path, "portals are not supported; the dome shines from everywhere")
+    for name in _OLD_NAMES:
+        attribute = prim.GetAttribute(name)
+        if attribute and attribute.HasAuthoredValue():
+            report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
+
+
+def _is_restricted(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> bool:
+    """Return whether a light's linking collection holds anything but everything."""
+    for part in ("includes", "excludes"):
+        relationship = prim.GetRelationship(f"collection:{name}:{part}")
+        if relationship and relationship.GetTargets():
+            return True
+    expression = prim.GetAttribute(f"collection:{name}:membershipExpression")
+    return not read_bool(prim, f"collection:{name}:includeRoot", time, True) or bool(
+        expression and expression.HasAuthoredValue()
+    )

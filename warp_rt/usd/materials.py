@@ -1,0 +1,281 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Material bindings and surface shaders to Material rows.
+
+A material's surface is, in this order: a supported shader on ``outputs:warp_rt:surface``; one on the universal
+``outputs:surface``; one on any other renderer's output; then, in the same order, a shader of another renderer that
+UsdPreviewSurface can stand for. A material with none of these, and a prim without a material, shows displayColor.
+
+Reference: UsdPreviewSurface Specification; UsdShadeMaterialBindingAPI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from pxr import Sdf, Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import Image, Input, Material, MaterialModel, OpacityMode, Texture
+from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.foreign_shaders import Term, foreign_terms, is_preview_surface
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.shading_network import Node, find_source, read_constant
+from warp_rt.usd.textures import InputReader
+
+UNKNOWN_SURFACE = "W301"
+APPROXIMATED_SURFACE = "W302"
+DISPLACEMENT = "W305"
+NO_SURFACE = "W307"
+NORMAL_MAP = "W309"
+DANGLING_BINDING = "W310"
+
+DISPLAY_COLOR_MATERIAL = "/__displayColor"
+"""Path of the material of prims that have none."""
+
+# Components of each input.
+_WHITTED_INPUTS = {
+    "ambient": 3,
+    "diffuse": 3,
+    "specular": 3,
+    "shininess": 1,
+    "reflection": 3,
+    "transmission": 3,
+    "ior": 1,
+}
+_PREVIEW_INPUTS = {
+    "diffuseColor": 3,
+    "emissiveColor": 3,
+    "specularColor": 3,
+    "metallic": 1,
+    "roughness": 1,
+    "clearcoat": 1,
+    "clearcoatRoughness": 1,
+    "opacity": 1,
+    "ior": 1,
+    "normal": 3,
+    "occlusion": 1,
+}
+_RENDER_CONTEXT = "warp_rt"
+
+
+class MaterialReader:
+    """Reads each bound material once, with its textures and images."""
+
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report) -> None:
+        self.materials: list[Material] = []
+        """Rows of ``Scene.materials``."""
+        self._images = ImageCache(report)
+        self._inputs = InputReader(self._images, time, report)
+        self._rows: dict[Sdf.Path, int] = {}
+        self._stage = stage
+        self._time = time
+        self._report = report
+
+    @property
+    def textures(self) -> list[Texture]:
+        """Rows of ``Scene.textures``."""
+        return self._inputs.textures
+
+    @property
+    def images(self) -> list[Image]:
+        """Rows of ``Scene.images``."""
+        return self._images.images
+
+    def image(self, asset: Sdf.AssetPath, prim: Usd.Prim) -> int:
+        """Return the row of an image; -1, with a diagnostic about ``prim``, where it cannot be read."""
+        return self._images.load(asset, prim.GetPath())
+
+    def is_srgb(self, row: int, attribute: Usd.Attribute, prim: object) -> bool:
+        """Return whether the image that an attribute names is to be decoded by the sRGB curve."""
+        return self._images.is_srgb(row, attribute, prim)
+
+    def bind(self, prim: Usd.Prim, *, purpose: str = "full") -> int:
+        """Return the row of the material that is bound to a gprim or GeomSubset.
+
+        Args:
+            prim: Whose binding counts, inherited and collection-based bindings included.
+            purpose: ``full`` or ``preview``, which fall back to bindings without a purpose, or empty for those alone.
+        """
+        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+        if not material:
+            self._warn_dangling(prim)
+            return self._display_color()
+        path = material.GetPath()
+        if path not in self._rows:
+            self._rows[path] = self._add(material)
+        return self._rows[path]
+
+    def _display_color(self) -> int:
+        path = Sdf.Path.emptyPath
+        if path not in self._rows:
+            self._rows[path] = self._append(_display_color_material())
+        return self._rows[path]
+
+    def _append(self, material: Material) -> int:
+        self.materials.append(material)
+        return len(self.materials) - 1
+
+    def _add(self, material: UsdShade.Material) -> int:
+        self._warn_displacement(material)
+        path = str(material.GetPath())
+        surfaces = self._surfaces(material)
+        for surface in surfaces:
+            if surface.id == "WhittedSurface":
+                inputs = self._read_inputs(surface.shader, _WHITTED_INPUTS, material.GetPrim())
+                return self._append(Material(path, MaterialModel.WHITTED, inputs))
+            if is_preview_surface(surface.id):
+                return self._append(self._preview_surface(path, surface.shader, material.GetPrim()))
+        for surface in surfaces:
+            terms = foreign_terms(surface.id)
+            if terms is not None:
+                message = f"the surface {surface.id!r} is approximated by a UsdPreviewSurface"
+                self._report.warn(APPROXIMATED_SURFACE, surface.shader.GetPath(), message)
+                inputs = self._foreign_inputs(surface.shader, terms, material.GetPrim())
+                return self._append(Material(path, MaterialModel.PREVIEW, inputs))
+        for surface in surfaces:
+            kind = f"the surface {surface.id!r}" if surface.id else "a surface without info:id"
+            message = f"{kind} is not supported; displayColor is shown"
+            self._report.warn(UNKNOWN_SURFACE, surface.shader.GetPath(), message)
+        if not surfaces:
+            self._report.warn(NO_SURFACE, path, "has no surface; displayColor is shown")
+        return self._display_color()
+
+    def _surfaces(self, material: UsdShade.Material) -> list[Node]:
+        """Return the shaders on a material's surface outputs, those that are preferred first."""
+        contexts = [_RENDER_CONTEXT, UsdShade.Tokens.universalRenderContext]
+        for output in material.GetSurfaceOutputs():
+            name = output.GetBaseName()
+            context = name.rpartition(":")[0]
+            if context not in contexts:
+                contexts.append(context)
+        nodes = []
+        for context in contexts:
+            output = material.GetSurfaceOutput(context)
+            source = find_source(output, self._report) if output else None
+            if isinstance(source, Node):
+                nodes.append(source)
+        return nodes
+
+    def _read_inputs(self, shader: UsdShade.Shader, sizes: Mapping[str, int], material: Usd.Prim) -> dict[str, Input]:
+        inputs = {}
+        for name, size in sizes.items():
+            port = shader.GetInput(name)
+            value = self._inputs.read(port, size, material) if port else None
+            if value is not None:
+                inputs[name] = value
+        return inputs
+
+    def _preview_surface(self, path: str, shader: UsdShade.Shader, material: Usd.Prim) -> Material:
+        inputs = self._read_inputs(shader, _PREVIEW_INPUTS, material)
+        self._check_normal_map(inputs.get("normal"), shader)
+        workflow = numbers(read_constant(shader, "useSpecularWorkflow", self._time, self._report)) or (0.0,)
+        threshold = numbers(read_constant(shader, "opacityThreshold", self._time, self._report)) or (0.0,)
+        mode = read_constant(shader, "opacityMode", self._time, self._report)
+        is_presence = mode in ("presence", 1)  # MaterialX's twin has the numbers 0 and 1
+        return Material(
+            path,
+            MaterialModel.PREVIEW,
+            inputs,
+            use_specular_workflow=workflow[0] != 0,
+            opacity_mode=OpacityMode.PRESENCE if is_presence else OpacityMode.TRANSPARENT,
+            opacity_threshold=threshold[0],
+        )
+
+    def _check_normal_map(self, normal: Input | None, shader: UsdShade.Shader) -> None:
+        """Report an 8-bit normal map whose texels are not taken from 0..1 to -1..1, or are decoded as colours."""
+        if normal is None or normal.texture < 0:
+            return
+        texture = self.textures[normal.texture]
+        if texture.image < 0 or self.images[texture.image].pixels.dtype.kind != "u":
+            return
+        if texture.is_srgb:
+            self._report.warn(
+                NORMAL_MAP, shader.GetPath(), "the normal map is decoded as sRGB colours, not as raw data"
+            )
+        if texture.scale[:3] != (2.0, 2.0, 2.0) or texture.bias[:3] != (-1.0, -1.0, -1.0):
+            message = "the normal map has not the scale 2 and bias -1 that 8-bit texels need; used as it is"
+            self._report.warn(NORMAL_MAP, shader.GetPath(), message)
+
+    def _foreign_inputs(
+        self, shader: UsdShade.Shader, terms: Mapping[str, Term], material: Usd.Prim
+    ) -> dict[str, Input]:
+        inputs = {}
+        for name, term in terms.items():
+            port = shader.GetInput(term.name) if term.name else None
+            size = _PREVIEW_INPUTS[name]
+            value = self._inputs.read(port, size, material) if port else None
+            if value is None:
+                default = term.default if isinstance(term.default, tuple) else (term.default, 0.0, 0.0)
+                value = Input(value=(*default, 0.0))
+            if term.is_complement:
+                if value.texture >= 0 or value.primvar:
+                    continue
+                value = Input(value=(1.0 - value.value[0], 0.0, 0.0, 0.0))
+            if term.weight:
+                found = numbers(read_constant(shader, term.weight, self._time, self._report))
+                value = self._weighted(value, found[0] if found else term.weight_default)
+            inputs[name] = value
+        return inputs
+
+    def _weighted(self, value: Input, weight: float) -> Input:
+        """Return an input times a constant; a primvar stays as it is, for nothing could scale it."""
+        if weight == 1.0 or value.primvar:
+            return value
+        if value.texture < 0:
+            return replace(value, value=_scaled(value.value, weight))
+        texture = self.textures[value.texture]
+        weighted = replace(
+            texture,
+            scale=_scaled(texture.scale, weight),
+            bias=_scaled(texture.bias, weight),
+            fallback=_scaled(texture.fallback, weight),
+        )
+        return replace(value, texture=self._inputs.add(weighted))
+
+    def _warn_displacement(self, material: UsdShade.Material) -> None:
+        output = material.GetDisplacementOutput()
+        source = find_source(output, self._report) if output else None
+        if not isinstance(source, Node):
+            return
+        if is_preview_surface(source.id):
+            port = source.shader.GetInput("displacement")
+            value = self._inputs.read(port, 1, material.GetPrim()) if port else None
+            if value is None or value == Input():
+                return
+        self._report.warn(DISPLACEMENT, material.GetPath(), "displacement is not supported; left out")
+
+    def _warn_dangling(self, prim: Usd.Prim) -> None:
+        while prim and not prim.IsPseudoRoot():
+            for target in UsdShade.MaterialBindingAPI(prim).GetDirectBindingRel().GetTargets():
+                if not UsdShade.Material(self._stage.GetPrimAtPath(target)):
+                    message = f"is bound to {target}, which is no material; displayColor is shown"
+                    self._report.warn(DANGLING_BINDING, prim.GetPath(), message)
+            prim = prim.GetParent()
+
+
+def _scaled(vector: tuple[float, float, float, float], weight: float) -> tuple[float, float, float, float]:
+    x, y, z, w = vector
+    return (weight * x, weight * y, weight * z, weight * w)
+
+
+def _display_color_material() -> Material:
+    """Return the surface of prims without material: diffuse displayColor, grey 0.5 where there is none.
+
+    OpenUSD's renderers do so. The specular workflow with black specular and an index of refraction of 1 has no
+    Fresnel reflection, and displayOpacity is coverage, not transmission.
+    """
+    return Material(
+        DISPLAY_COLOR_MATERIAL,
+        MaterialModel.PREVIEW,
+        {
+            "diffuseColor": Input(value=(0.5, 0.5, 0.5, 0.0), primvar="displayColor"),
+            "specularColor": Input(),
+            "roughness": Input(value=(1.0, 0.0, 0.0, 0.0)),
+            "opacity": Input(value=(1.0, 0.0, 0.0, 0.0), primvar="displayOpacity", channel=0),
+            "ior": Input(value=(1.0, 0.0, 0.0, 0.0)),
+        },
+        use_specular_workflow=True,
+        opacity_mode=OpacityMode.PRESENCE,
+    )

@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""UsdRenderSettings, and the first raster UsdRenderProduct's overrides, to Settings.
+
+Reference: UsdRender schema documentation.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Usd, UsdRender
+
+from warp_rt.errors import SceneError
+from warp_rt.options import MAX_DEPTH, MAX_SIZE
+from warp_rt.report import Report
+from warp_rt.scene import Settings
+from warp_rt.usd.attribute_values import numbers
+
+MISSING_SETTINGS = "W521"
+IGNORED_SETTING = "W522"
+INVALID_SETTING = "W523"
+IGNORED_PRODUCT = "W524"
+
+_METADATA = "renderSettingsPrimPath"
+_POLICIES = (
+    "expandAperture",
+    "cropAperture",
+    "adjustApertureWidth",
+    "adjustApertureHeight",
+    "adjustPixelAspectRatio",
+)
+_WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
+
+
+def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> tuple[Settings, tuple[str, ...] | None]:
+    """Return what the stage's render settings ask for, and the purposes they include; None: they name none.
+
+    Render settings hold for all frames, so they are read at the default time, or the earliest.
+
+    Args:
+        stage: The stage.
+        report: Takes diagnostics about what is ignored.
+        path: Prim path of the RenderSettings; None: as the stage's metadata say, else there are none.
+
+    Raises:
+        SceneError: ``path`` is not that of a RenderSettings prim.
+    """
+    prim = _settings_prim(stage, report, path)
+    if prim is None:
+        return Settings(), None
+    reader = _Reader(prim, report)
+    product = reader.product()
+    if product is not None:
+        reader.prims.insert(0, product)
+    return (
+        Settings(
+            path=str(prim.GetPath()),
+            resolution=reader.resolution(),
+            pixel_aspect_ratio=reader.pixel_aspect_ratio(),
+            aspect_policy=reader.aspect_policy(),
+            camera=reader.camera(),
+            ambient=reader.color("warp_rt:ambient"),
+            background=reader.color("warp_rt:background"),
+            depth=reader.depth(),
+            threshold=reader.threshold(),
+        ),
+        reader.purposes(),
+    )
+
+
+def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Prim | None:
+    name = path
+    if name is None:
+        name = stage.GetMetadata(_METADATA)
+        if not isinstance(name, str) or not name:
+            return None
+    prim = stage.GetPrimAtPath(name) if name.startswith("/") else Usd.Prim()
+    if prim and prim.IsA(UsdRender.Settings):
+        return prim
+    if path is not None:
+        raise SceneError(f"{stage.GetRootLayer().identifier}: {name} is no RenderSettings prim")
+    report.warn(MISSING_SETTINGS, name, f"is named by {_METADATA}, but is no RenderSettings prim; ignored")
+    return None
+
+
+class _Reader:
+    """Looks up the settings on the product, where authored there, then on the RenderSettings."""
+
+    def __init__(self, settings: Usd.Prim, report: Report) -> None:
+        self.prims = [settings]
+        self._settings = settings
+        self._report = report
+
+    def product(self) -> Usd.Prim | None:
+        """Return the first raster product; the others, which no image is made of, are reported."""
+        found = None
+        stage = self._settings.GetStage()
+        for path in UsdRender.Settings(self._settings).GetProductsRel().GetForwardedTargets():
+            product = UsdRender.Product(stage.GetPrimAtPath(path))
+            if not product:
+                self._report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct")
+            elif str(product.GetProductTypeAttr().Get()) != "raster":
+                kind = product.GetProductTypeAttr().Get()
+                self._report.warn(IGNORED_PRODUCT, path, f"the product type {kind!r} is not supported; ignored")
+            elif found is None:
+                found = product.GetPrim()
+            else:
+                self._report.warn(IGNORED_PRODUCT, path, "only the first raster product is made; this one is ignored")
+        return found
+
+    def resolution(self) -> tuple[int, int] | None:
+        """Return width and height where authored."""
+        found = self._numbers("resolution", 2)
+        if found is None:
+            return None
+        width, height = (int(side) for side in found)
+        if min(width, height) >= 1 and max(width, height) <= MAX_SIZE:
+            return width, height
+        self._invalid("resolution", f"{width} x {height} is outside 1..{MAX_SIZE}")
+        return None
+
+    def pixel_aspect_ratio(self) -> float:
+        """Return width by height of a pixel."""
+        found = self._numbers("pixelAspectRatio", 1)
+        if found is None or found[0] > 0:
+            return found[0] if found else 1.0
+        self._invalid("pixelAspectRatio", f"{found[0]:g} is not above 0")
+        return 1.0
+
+    def aspect_policy(self) -> str:
+        """Return what gives way where image and camera differ in aspect."""
+        policy = self._value("aspectRatioConformPolicy")
+        if policy is None or policy in _POLICIES:
+            return policy or _POLICIES[0]
+        self._invalid("aspectRatioConformPolicy", f"{policy!r} is unknown")
+        return _POLICIES[0]
+
+    def camera(self) -> str | None:
+        """Return the camera's path."""
+        for prim in self.prims:
+            targets = prim.GetRelationship("camera").GetForwardedTargets()
+            if len(targets) > 1:
+                self._report.warn(INVALID_SETTING, prim.GetPath(), "names several cameras; the first is used")
+            if targets:
+                return str(targets[0])
+        return None
+
+    def color(self, name: str) -> tuple[float, float, float] | None:
+        """Return a colour attribute of our own."""
+        found = self._numbers(name, 3)
+        return None if found is None else (found[0], found[1], found[2])
+
+    def depth(self) -> int | None:
+        """Return the levels of the ray tree."""
+        found = self._numbers("warp_rt:depth", 1)
+        if found is None:
+            return None
+        if 1 <= found[0] <= MAX_DEPTH:
+            return int(found[0])
+        self._invalid("warp_rt:depth", f"{found[0]:g} is outside 1..{MAX_DEPTH}")
+        return None
+
+    def threshold(self) -> float | None:
+        """Return the weight below which the ray tree ends."""
+        found = self._numbers("warp_rt:threshold", 1)
+        if found is None or found[0] >= 0:
+            return found[0] if found else None
+        self._invalid("warp_rt:threshold", f"{found[0]:g} is below 0")
+        return None
+
+    def purposes(self) -> tuple[str, ...] | None:
+        """Return includedPurposes where authored, and report the settings that nothing is made of."""
+        window = self._numbers("dataWindowNDC", 4)
+        if window is not None and window != _WHOLE_WINDOW:
+            self._ignored("dataWindowNDC", "the whole image is made")
+        space = self._value("renderingColorSpace")
+        if space is not None and str(space):
+            self._ignored("renderingColorSpace", "colours are linear Rec. 709")
+        purposes = self._value("materialBindingPurposes")
+        if purposes is not None and list(purposes) != ["full", ""]:
+            self._ignored("materialBindingPurposes", "materials bound for the purpose full are used")
+        purposes = self._value("includedPurposes")
+        return None if purposes is None else tuple(str(purpose) for purpose in purposes)
+
+    def _value(self, name: str) -> Any:
+        """Return the strongest authored value; None where nothing is authored."""
+        for prim in self.prims:
+            attribute = prim.GetAttribute(name)
+            if attribute and attribute.HasAuthoredValue():
+                value = attribute.Get()
+                return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
+        return None
+
+    def _numbers(self, name: str, count: int) -> tuple[float, ...] | None:
+        value = self._value(name)
+        found = numbers(value)
+        if value is not None and (found is None or len(found) != count):
+            self._invalid(name, f"not {count} finite number{'s' if count > 1 else ''}")
+            return None
+        return found
+
+    def _invalid(self, name: str, why: str) -> None:
+        self._report.warn(INVALID_SETTING, self._settings.GetPath(), f"{name}: {why}; ignored")
+
+    def _ignored(self, name: str, instead: str) -> None:
+        self._report.warn(IGNORED_SETTING, self._settings.GetPath(), f"{name} is not supported; {instead}")

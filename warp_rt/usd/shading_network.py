@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Following the connections of a shading network to what produces a value.
+
+Connections lead through node graphs and the interface inputs of materials to any depth. The walk here gives what
+``UsdShade.Utils.GetValueProducingAttributes`` gives (a test compares them), but it is a loop, so that no chain is
+too deep for it, and a cycle or a broken connection becomes a diagnostic instead of a line on stderr.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+
+BROKEN_CONNECTION = "W304"
+WRONG_TYPE = "W306"
+CONNECTED_CONSTANT = "W308"
+
+
+@dataclass(frozen=True)
+class Node:
+    """A shader's output that a value comes from."""
+
+    shader: UsdShade.Shader
+    output: str
+
+    @property
+    def id(self) -> str:
+        """What the shader is: its identifier, or a description of source code without one; empty: nothing said."""
+        return shader_id(self.shader)
+
+
+def shader_id(shader: UsdShade.Shader) -> str:
+    """Return ``info:id``, or ``type:asset`` for a shader implemented by a file; empty where nothing is said."""
+    identifier = shader.GetShaderId()
+    if identifier:
+        return str(identifier)
+    for attribute in shader.GetPrim().GetAuthoredAttributes():
+        parts = attribute.GetName().split(":")
+        if parts[0] == "info" and parts[-1] in ("sourceAsset", "sourceCode"):
+            value = attribute.Get()
+            return f"{':'.join(parts[1:-1]) or 'source'}:{getattr(value, 'path', 'code')}"
+    return ""
+
+
+def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.Attribute | Node | None:
+    """Return what gives an input or output its value.
+
+    Args:
+        port: Where the walk starts.
+        report: Takes a diagnostic for a cycle or a connection to nothing.
+
+    Returns:
+        The attribute that holds a constant, the shader output that computes the value, or None: the default holds.
+    """
+    attribute = port.GetAttr()
+    start = attribute
+    visited = set()
+    while attribute.GetPath() not in visited:
+        visited.add(attribute.GetPath())
+        sources, invalid = UsdShade.ConnectableAPI.GetConnectedSources(attribute)
+        if invalid:
+            report.warn(BROKEN_CONNECTION, attribute.GetPath(), f"connected to {invalid[0]}, which does not exist")
+        if not sources:
+            is_input = UsdShade.Input.IsInput(attribute)
+            return attribute if is_input and attribute.HasAuthoredValue() else None
+        source = sources[0]
+        if source.sourceType == UsdShade.AttributeType.Output:
+            if not source.source.IsContainer():
+                return Node(UsdShade.Shader(source.source.GetPrim()), source.sourceName)
+            attribute = source.source.GetOutput(source.sourceName).GetAttr()
+        else:
+            attribute = source.source.GetInput(source.sourceName).GetAttr()
+    report.warn(BROKEN_CONNECTION, start.GetPath(), "connected in a cycle; the default is used")
+    return None
+
+
+def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, report: Report) -> Any:
+    """Return the value of an input that cannot vary over a surface; None where it is not set.
+
+    Interface inputs are followed; a connection to a node is reported and counts as not set.
+    """
+    port = shader.GetInput(name)
+    if not port:
+        return None
+    source = find_source(port, report)
+    if isinstance(source, Node):
+        report.warn(CONNECTED_CONSTANT, port.GetAttr().GetPath(), "cannot be connected to a node; the default is used")
+        return None
+    return source.Get(time) if source else None
