@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The records of the bounding volume hierarchy.
+
+A wide node is 64 words of float32: rows low.x low.y low.z high.x high.y high.z of 8 planes each, 8 child codes as
+the bits of int32, 8 spare words. A lane without a child has low = inf, high = -inf. A child code c >= 0 is a node;
+c < 0 is leaf -1 - c: a packet of triangles in a mesh's tree, an instance in the tree over instances.
+
+A leaf packet is 80 words: 9 rows of 8 coordinates (p0.x p0.y p0.z p1.x ... p2.z), then the 8 triangles' indices in
+their mesh as the bits of int32. Lanes without a triangle hold NaN, which fails every comparison, and index -1.
+"""
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+@wp.struct
+class InstanceRecord:
+    """A leaf of the tree over instances, 64 bytes."""
+
+    row_x: wp.vec4
+    """First row of local_from_world, 3 x 4, acting on points relative to the accel's origin."""
+    row_y: wp.vec4
+    row_z: wp.vec4
+    root: int
+    """Child code of the mesh's tree: a node, or the mesh's only leaf packet."""
+    instance: int
+    """Row of ``Scene.instances``."""
+    is_identity: int
+    """1 where local_from_world is the identity: the ray needs no transform."""
+    mesh: int
+    """Row of ``Scene.meshes``."""
+
+
+@wp.struct
+class AccelData:
+    """Both levels of the hierarchy: everything that a ray query needs."""
+
+    nodes: wp.array[float]
+    """Wide nodes of all trees, 64 words each."""
+    leaves: wp.array[float]
+    """Leaf packets of all meshes, 80 words each."""
+    instances: wp.array[InstanceRecord]
+    """In the order of the top-level tree's leaves."""
+    root: int
+    """Child code at which every query starts."""
+    intersector: int
+    """WATERTIGHT, MOLLER_TRUMBORE or PLANE_PROJECTION."""
+
+
+@wp.struct
+class Stacks:
+    """Scratch memory of a launch: traversal stacks, one a row.
+
+    A launch on the CPU is one sequential loop, so that one row serves all its threads; on a GPU each has its own.
+    (A stack declared in the kernel would be filled with zeros for each ray: 20 to 40 % of the time of a short ray.)
+    """
+
+    nodes: wp.array2d[int]
+    """shape [rows, stack_size]"""
+    distances: wp.array2d[float]
+    """shape [rows, stack_size]"""
+
+
+@wp.struct
+class Stack:
+    """The traversal stack of one ray: child codes, and where the ray enters their boxes."""
+
+    nodes: wp.array[int]
+    distances: wp.array[float]
+
+
+@wp.struct
+class Hit:
+    """Where a ray meets a surface. P = (1 - u - v) p0 + u p1 + v p2 = origin + t direction."""
+
+    t: float
+    """In units of the direction's length, the same in world and local space; t_max for a miss."""
+    u: float
+    v: float
+    triangle: int
+    """Row of the mesh's triangles."""
+    instance: int
+    """Row of the scene's instances; -1: the ray met nothing."""
+
+
+@wp.struct
+class BinaryNode:
+    """A node of the binary tree that builders make, 32 bytes.
+
+    Slots are in preorder: the left child of slot s is s + 1, and the right one s + 2 (references on the left). So a
+    range of m references owns 2 m - 1 slots from its node on, and threads that build disjoint ranges need not agree
+    on anything. Slots below a leaf stay unused.
+    """
+
+    low: wp.vec3
+    first: int
+    """Leaf: its first reference. Inner node: slot of the right child."""
+    high: wp.vec3
+    count: int
+    """Leaf: number of references. Inner node: 0."""
+
+
+@wp.struct
+class Reference:
+    """A box around a primitive, 32 bytes; builders sort these in place."""
+
+    low: wp.vec4
+    """Lower corner; w holds the bits of the primitive's index."""
+    high: wp.vec4
+    """Upper corner; w is 0."""
+
+
+@wp.struct
+class BuildRange:
+    """References [first, first + count) that become the subtree at slot ``node``."""
+
+    low: wp.vec4
+    """Box of the references; w means nothing."""
+    high: wp.vec4
+    centroid_low: wp.vec4
+    """Box of the references' doubled centroids low + high; w means nothing."""
+    centroid_high: wp.vec4
+    first: int
+    count: int
+    node: int
+
+
+@wp.struct
+class TreeSummary:
+    """What collapsing found out about one tree."""
+
+    node_count: int
+    """Wide nodes; 0 where the whole tree is one leaf."""
+    leaf_count: int
+    depth: int
+    """Levels of wide nodes."""
+    stack_size: int
+    """Entries that a traversal can leave on its stack at once, whatever the ray."""
+    cost: float
+    """Half area of all nodes and leaves: expected number of visits times the half area of the root's box."""
+
+
+@wp.func
+def stack_of_thread(stacks: Stacks, thread: int) -> Stack:
+    """Return the stack of a thread: its own row where there are enough of them, else the last, shared one."""
+    row = wp.min(thread, stacks.nodes.shape[0] - 1)
+    stack = Stack()
+    stack.nodes = stacks.nodes[row]
+    stack.distances = stacks.distances[row]
+    return stack

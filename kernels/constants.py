@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Every constant of the device code, with its unit, its reason and its source."""
+
+import warp as wp
+
+# --- bounding volume hierarchy: layout
+
+WIDTH = wp.constant(8)
+"""Children of a node, and triangles of a leaf packet: the lanes of one AVX register of float32."""
+
+NODE_FLOATS = wp.constant(64)
+"""float32 words of a node: 6 rows of 8 box planes, 8 child codes, 8 spare; four cache lines."""
+
+NODE_CHILDREN = wp.constant(48)
+"""Word of a node at which its child codes begin."""
+
+LEAF_FLOATS = wp.constant(80)
+"""float32 words of a leaf packet: 9 rows of 8 vertex coordinates, 8 triangle ids; five cache lines."""
+
+LEAF_IDS = wp.constant(72)
+"""Word of a leaf packet at which its triangle ids begin."""
+
+# --- bounding volume hierarchy: construction
+
+SAH_BINS = wp.constant(32)
+"""Bins an axis. 128 bins save another 0.3 % of node visits at four times the build time."""
+
+SAH_BINS_SMALL = wp.constant(16)
+"""Bins an axis for ranges of at most ``SAH_SMALL_COUNT`` references, where clearing bins would dominate."""
+
+SAH_SMALL_COUNT = wp.constant(64)
+
+BUILD_STACK = wp.constant(64)
+"""Pending ranges of a builder. It visits the smaller half first, so 2 + log2(2^31) entries are enough."""
+
+MIN_EXTENT = wp.constant(1.0e-30)
+"""Extent of doubled centroids along an axis up to which the axis cannot be split: its inverse must stay finite."""
+
+MORTON_BITS = wp.constant(21)
+"""Bits an axis of a Morton code; three axes fill 63 bits."""
+
+# --- intersection
+
+MIN_DIRECTION = wp.constant(1.0e-30)
+"""Components of a direction below this count as this in the box test. Its inverse is finite, and big enough that
+a ray which runs parallel to a slab, inside by as little as one part in 1e17, leaves it beyond any scene."""
+
+SLAB_SCALE = wp.constant(1.0 + 4.0 * 2.0**-23)
+"""Factor on a box's far distance that makes the slab test conservative: 1 + 2 gamma(3), rounded up.
+
+Reference: Ize (2013), Robust BVH Ray Traversal, JCGT 2(2), section 3.
+"""
+
+WATERTIGHT = wp.constant(0)
+"""``AccelData.intersector``: Woop, Benthin and Wald; eight triangles at once."""
+
+MOLLER_TRUMBORE = wp.constant(1)
+"""``AccelData.intersector``: Moeller and Trumbore, triangle by triangle."""
+
+PLANE_PROJECTION = wp.constant(2)
+"""``AccelData.intersector``: the plane equation and the projection on a primary plane, triangle by triangle."""
+
+# --- spawned rays
+
+SPAWN_OFFSET = wp.constant(2.0**-17)
+"""Offset of a spawned ray's origin along the geometric normal, relative to the magnitudes that made up the hit point.
+2^-18 was free of self-hits in every scale and offset that was tried, 2^-20 was not; one bit for instance transforms."""
+
+PASS_LIMIT = wp.constant(32)
+"""Surfaces, or parts of one, that a ray passes straight through: no bounces, with a limit of their own."""
+
+# --- materials
+
+ROUGHNESS_MIN = wp.constant(0.001)
+"""UsdPreviewSurface's lower bound of roughness (previewSurface.glslfx)."""
+
+MIRROR_FADE_START = wp.constant(0.1)
+"""Roughness up to which a mirror ray carries the whole specular reflectance: the lobe is narrower than 2 degrees."""
+
+MIRROR_FADE_END = wp.constant(0.4)
+"""Roughness from which no mirror ray is sent: the lobe is wider than 20 degrees."""
+
+# --- lights
+
+CYLINDER_FACETS = wp.constant(6)
+"""Flat strips that stand for the lit half of a cylinder light: its irradiance is within 0.5 % from 3 radii away on."""

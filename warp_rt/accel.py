@@ -1,0 +1,256 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Scene -> Accel: the two-level bounding volume hierarchy, one tree a mesh and one over the instances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rt.errors import OptionError
+from warp_rt.forest import (
+    Forest,
+    as_warp,
+    build_forest,
+    list_leaf_primitives,
+    pack_triangles,
+    refer_to_boxes,
+    refer_to_triangles,
+)
+from warp_rt.kernels import constants
+from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
+from warp_rt.options import BUILDERS, INTERSECTORS
+from warp_rt.placement import Placement, place_scene, relative_points
+from warp_rt.scene import Mesh, Scene
+from warp_rt.warp_setup import init_warp, resolve_device
+from warp_rt.workers import Workers
+
+_INTERSECTORS = {
+    "watertight": constants.WATERTIGHT,
+    "moller-trumbore": constants.MOLLER_TRUMBORE,
+    "plane-projection": constants.PLANE_PROJECTION,
+}
+
+_ROUNDING = 2.0**-20
+"""Relative growth of an instance's world box: several roundings (2^-24 each) of a ray's transform into its mesh."""
+
+
+@dataclass(frozen=True)
+class BvhStatistics:
+    """What the hierarchy came out as."""
+
+    builder: str
+    nodes: int
+    """Nodes of eight children, both levels."""
+    leaves: int
+    """Packets of up to eight triangles."""
+    depth: int
+    """Levels of nodes on the longest way down, both levels."""
+    sah_cost: float
+    """Nodes and leaf packets that a random line through the scene's box is expected to visit."""
+    bytes: int
+    """Memory of nodes, leaves and instances."""
+
+
+@dataclass(frozen=True, eq=False)
+class Accel:
+    """A scene's bounding volume hierarchy on a device."""
+
+    scene: Scene
+    placement: Placement
+    """Coordinates that the device works in."""
+    data: AccelData
+    """What kernels take; valid as long as this object lives."""
+    device: str
+    """Warp's name of it: ``cpu`` or ``cuda:N``."""
+    stack_size: int
+    """Entries of a traversal stack that no ray can exceed."""
+    statistics: BvhStatistics
+
+    @property
+    def origin(self) -> np.ndarray:
+        """World point that rays' coordinates are relative to on the device: float64, shape [3]."""
+        return self.placement.origin
+
+
+def build_accel(
+    scene: Scene,
+    *,
+    device: str = "cpu",
+    bvh: str = "sah",
+    intersector: str = "watertight",
+    threads: int | None = None,
+) -> Accel:
+    """Return the bounding volume hierarchy of a scene.
+
+    It is built on the CPU, whatever the device, by the same kernels, and then uploaded.
+
+    Args:
+        scene: What to build it over.
+        device: ``cpu``, ``cuda:N`` or ``auto``.
+        bvh: Builder: ``sah`` (best to trace), ``median``, ``midpoint`` or ``lbvh`` (fast to build).
+        intersector: Triangle test: ``watertight``, ``moller-trumbore`` or ``plane-projection``.
+        threads: CPU threads; None: one a core. Their number does not change the result.
+
+    Raises:
+        OptionError: There is no such builder or triangle test.
+        DeviceError: There is no such device.
+        LimitError: The scene has more triangles than fit.
+    """
+    for name, value, choices in (("bvh", bvh, BUILDERS), ("intersector", intersector, INTERSECTORS)):
+        if value not in choices:
+            raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}")
+    if threads is not None and threads < 1:
+        raise OptionError(f"threads: {threads} is less than 1")
+    init_warp()
+    device = resolve_device(device)
+    placement = place_scene(scene)
+    host = _build(scene, placement, bvh, Workers(threads))
+    data = AccelData()
+    data.nodes = _upload(host.nodes, wp.float32, device)
+    data.leaves = _upload(host.leaves, wp.float32, device)
+    data.instances = _upload(host.instances, InstanceRecord, device)
+    data.root = host.root
+    data.intersector = _INTERSECTORS[intersector]
+    return Accel(scene, placement, data, device, host.stack_size, host.statistics)
+
+
+def make_stacks(accel: Accel, rows: int = 1) -> Stacks:
+    """Return traversal stacks on the accel's device.
+
+    Args:
+        accel: The hierarchy to traverse.
+        rows: On a GPU, the number of threads of the launch. On the CPU one row serves a whole launch, but launches
+            that run at the same time need stacks of their own.
+    """
+    stacks = Stacks()
+    for name, dtype in (("nodes", wp.int32), ("distances", wp.float32)):
+        # Warp threads of a GPU reach the same depth at about the same time: neighbours in memory, then.
+        by_entry = wp.empty((accel.stack_size, rows), dtype=dtype, device=accel.device)
+        setattr(stacks, name, by_entry.transpose())
+    return stacks
+
+
+@dataclass(frozen=True)
+class _HostBvh:
+    """The hierarchy in the host's memory."""
+
+    nodes: np.ndarray
+    leaves: np.ndarray
+    instances: np.ndarray
+    root: int
+    stack_size: int
+    statistics: BvhStatistics
+
+
+def _build(scene: Scene, placement: Placement, builder: str, workers: Workers) -> _HostBvh:
+    counts = np.array([len(mesh.triangles) for mesh in scene.meshes], np.int32)
+    trees = np.flatnonzero(counts)
+    placed = np.flatnonzero(np.isin(scene.instances.mesh, trees)).astype(np.int32)
+    if not len(placed):
+        return _empty(builder)
+    points, triangles = _concatenate(
+        [scene.meshes[i] for i in trees], [placement.mesh_origins[i] for i in trees], counts[trees]
+    )
+    references = refer_to_triangles(points, triangles, counts[trees], workers)
+    boxes = np.stack([references.ranges["low"][:, :3], references.ranges["high"][:, :3]], axis=1)
+    forest = build_forest(references, leaf_size=constants.WIDTH, builder=builder, workers=workers)
+    leaves = pack_triangles(forest, points, triangles, workers)
+
+    tree = np.searchsorted(trees, scene.instances.mesh[placed])
+    low, high = _world_boxes(boxes[tree].astype(float), placement.world_from_local[placed])
+    top = build_forest(
+        refer_to_boxes(low, high, np.arange(len(placed), dtype=np.int32)),
+        leaf_size=1,
+        builder=builder,
+        workers=workers,
+        node_offset=len(forest.nodes) // constants.NODE_FLOATS,
+    )
+    order = list_leaf_primitives(top)
+    instances = np.zeros(len(order), InstanceRecord.numpy_dtype())
+    local_from_world = placement.local_from_world[placed[order]].astype(np.float32)
+    for row, name in enumerate(("row_x", "row_y", "row_z")):
+        instances[name] = local_from_world[:, row]
+    instances["is_identity"] = (local_from_world == np.eye(3, 4, dtype=np.float32)).all(axis=(1, 2))
+    instances["root"] = forest.roots[tree[order]]
+    instances["instance"] = placed[order]
+    instances["mesh"] = trees[tree[order]]
+    nodes = np.concatenate([forest.nodes, top.nodes]) if len(top.nodes) else forest.nodes
+    statistics = BvhStatistics(
+        builder=builder,
+        nodes=len(nodes) // constants.NODE_FLOATS,
+        leaves=forest.leaf_count,
+        depth=int(top.summaries["depth"][0] + forest.summaries["depth"][tree].max()),
+        sah_cost=_sah_cost(top, forest, boxes, low, high, tree),
+        bytes=nodes.nbytes + leaves.nbytes + instances.nbytes,
+    )
+    # One entry for the root of each level besides what the trees leave pending.
+    stack_size = 2 + int(top.summaries["stack_size"][0] + forest.summaries["stack_size"][tree].max())
+    return _HostBvh(nodes, leaves, instances, int(top.roots[0]), stack_size, statistics)
+
+
+def _empty(builder: str) -> _HostBvh:
+    """Return the hierarchy of nothing: one node whose eight lanes are empty, so that queries need no special case."""
+    node = np.zeros(constants.NODE_FLOATS, np.float32)
+    node[: 3 * constants.WIDTH] = np.inf
+    node[3 * constants.WIDTH : 6 * constants.WIDTH] = -np.inf
+    instances = np.zeros(0, InstanceRecord.numpy_dtype())
+    statistics = BvhStatistics(builder, nodes=1, leaves=0, depth=1, sah_cost=0.0, bytes=node.nbytes)
+    return _HostBvh(node, np.zeros(0, np.float32), instances, 0, 2, statistics)
+
+
+def _concatenate(
+    meshes: Sequence[Mesh], origins: Sequence[np.ndarray], counts: np.ndarray
+) -> tuple[wp.array, wp.array]:
+    """Return all meshes' points, relative to their origins, and all their triangles, rows of those points."""
+    points = [relative_points(mesh.points, origin) for mesh, origin in zip(meshes, origins, strict=True)]
+    if len(meshes) == 1:
+        triangles = np.ascontiguousarray(meshes[0].triangles, np.int32)
+        return as_warp(points[0], wp.vec3), as_warp(triangles.reshape(-1), wp.int32)
+    sizes = np.array([len(p) for p in points])
+    triangles = np.concatenate([mesh.triangles for mesh in meshes], dtype=np.int32)
+    triangles += np.repeat((np.cumsum(sizes) - sizes).astype(np.int32), counts)[:, None]
+    return as_warp(np.concatenate(points), wp.vec3), as_warp(triangles.reshape(-1), wp.int32)
+
+
+def _world_boxes(boxes: np.ndarray, world_from_local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the world boxes of instances, each containing all that float32 rays can hit of it.
+
+    Args:
+        boxes: Local boxes, shape [n, 2, 3].
+        world_from_local: shape [n, 3, 4].
+
+    Returns:
+        Lower and upper corners, float32, shape [n, 3] each.
+    """
+    center, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
+    center = np.einsum("nij,nj->ni", world_from_local[:, :, :3], center) + world_from_local[:, :, 3]
+    half = np.einsum("nij,nj->ni", np.abs(world_from_local[:, :, :3]), half)
+    growth = _ROUNDING * (np.abs(center) + half).max(axis=1, keepdims=True)
+    low = np.nextafter((center - half - growth).astype(np.float32), np.float32(-np.inf))
+    high = np.nextafter((center + half + growth).astype(np.float32), np.float32(np.inf))
+    return low, high
+
+
+def _sah_cost(
+    top: Forest, forest: Forest, boxes: np.ndarray, low: np.ndarray, high: np.ndarray, tree: np.ndarray
+) -> float:
+    """Return the expected number of visits: those of the upper level, and a mesh's wherever an instance is entered."""
+    world = _half_area(low.min(axis=0), high.max(axis=0))
+    mesh = _half_area(boxes[:, 0], boxes[:, 1])
+    in_mesh = np.divide(forest.summaries["cost"], mesh, out=np.zeros(len(mesh)), where=mesh > 0)
+    return float((top.summaries["cost"][0] + (_half_area(low, high) * in_mesh[tree]).sum()) / world)
+
+
+def _half_area(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    x, y, z = np.moveaxis((high - low).astype(float), -1, 0)
+    return x * y + y * z + z * x
+
+
+def _upload(array: np.ndarray, dtype: Any, device: str) -> wp.array:
+    """Return an array on the device; on the CPU, one over the same memory."""
+    return as_warp(array, dtype) if device == "cpu" else wp.array(array, dtype=dtype, device=device)

@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Ray queries on arrays: NumPy or Warp in, the same out, chunked over the CPU's threads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rt.accel import Accel, make_stacks
+from warp_rt.errors import OptionError
+from warp_rt.kernels.query import query_any_hit, query_closest_hit
+from warp_rt.workers import Workers
+
+_CPU_TILE = 8192  # rays of one launch: about a millisecond, so that threads finish together and Ctrl-C is heard
+_GPU_TILE = 1 << 18  # rays of one launch: each has a stack of its own
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Closest hits, one row a ray: NumPy arrays, or Warp arrays where the rays were. P = (1-u-v) p0 + u p1 + v p2."""
+
+    t: Any
+    """float32, in units of the direction's length; inf where the ray hits nothing."""
+    triangle: Any
+    """int32, row of the mesh's triangles; -1 where the ray hits nothing."""
+    instance: Any
+    """int32, row of the scene's instances; -1 where the ray hits nothing."""
+    u: Any
+    """float32, weight of the triangle's second vertex."""
+    v: Any
+    """float32, weight of its third."""
+
+
+_HIT_TYPES = {"t": wp.float32, "u": wp.float32, "v": wp.float32, "triangle": wp.int32, "instance": wp.int32}
+
+
+def closest_hit(
+    accel: Accel,
+    origins: Any,
+    directions: Any,
+    t_max: Any = np.inf,
+    *,
+    threads: int | None = None,
+    out: Hits | None = None,
+) -> Hits:
+    """Return the closest hit of each ray in [0, t_max).
+
+    Args:
+        accel: What to trace in.
+        origins: World space, float32, shape [n, 3]; or a Warp array of vec3, shape [n], on the accel's device.
+        directions: Like ``origins``; of any length, which is the unit of t. A zero or non-finite one hits nothing.
+        t_max: End of the rays: one number, or shape [n].
+        threads: CPU threads; None: one a core.
+        out: Arrays to write to, of the kind and device of ``origins``.
+
+    Raises:
+        OptionError: A shape, type or device does not fit.
+    """
+    rays = _Rays(accel, origins, directions, t_max)
+    arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
+    _launch(accel, query_closest_hit, rays, list(arrays.values()), threads)
+    return Hits(**{name: rays.result(getattr(out, name, None), array) for name, array in arrays.items()})
+
+
+def any_hit(
+    accel: Accel,
+    origins: Any,
+    directions: Any,
+    t_max: Any = np.inf,
+    *,
+    threads: int | None = None,
+    out: Any = None,
+) -> Any:
+    """Return whether each ray hits anything in [0, t_max): bool, shape [n]. Arguments as for ``closest_hit``."""
+    rays = _Rays(accel, origins, directions, t_max)
+    blocked = rays.output(out, "out", wp.bool)
+    _launch(accel, query_any_hit, rays, [blocked], threads)
+    return rays.result(out, blocked)
+
+
+class _Rays:
+    """Validated rays as Warp arrays on the accel's device, and the way back for results."""
+
+    def __init__(self, accel: Accel, origins: Any, directions: Any, t_max: Any) -> None:
+        self.device = accel.device
+        self.is_warp = isinstance(origins, wp.array)
+        if isinstance(directions, wp.array) != self.is_warp:
+            raise OptionError("origins and directions: both NumPy or both Warp arrays expected")
+        self.origins = self._vectors("origins", origins, accel.origin)
+        self.directions = self._vectors("directions", directions, np.zeros(3))
+        self.count = self.origins.shape[0]
+        if self.directions.shape[0] != self.count:
+            raise OptionError(f"origins and directions: {self.count} and {self.directions.shape[0]} rows")
+        self.t_max = self._ends(t_max)
+
+    def output(self, array: Any, name: str, dtype: Any) -> wp.array:
+        """Return the array on the device that a kernel writes: the caller's own wherever that is possible."""
+        if array is None:
+            return wp.empty(self.count, dtype=dtype, device=self.device)
+        if self.is_warp:
+            return self._checked(name, array, dtype)
+        expected = wp.dtype_to_numpy(dtype)
+        if not isinstance(array, np.ndarray) or array.dtype != expected or array.shape != (self.count,):
+            raise OptionError(f"{name}: a NumPy array of {np.dtype(expected).name}, shape [{self.count}], expected")
+        if not array.flags.c_contiguous or not array.flags.writeable:
+            raise OptionError(f"{name}: a contiguous, writable array expected")
+        if self.device == "cpu":
+            return wp.array(array, dtype=dtype, device="cpu", copy=False)
+        return wp.empty(self.count, dtype=dtype, device=self.device)
+
+    def result(self, array: Any, written: wp.array) -> Any:
+        """Return what the caller gets for an output."""
+        if self.is_warp:
+            return written
+        if array is None:
+            return written.numpy()
+        if self.device != "cpu":
+            array[...] = written.numpy()
+        return array
+
+    def _vectors(self, name: str, values: Any, shift: np.ndarray) -> wp.array:
+        if self.is_warp:
+            array = self._checked(name, values, wp.vec3)
+            if not shift.any():
+                return array
+            return wp.array(array.numpy().astype(np.float64) - shift, dtype=wp.vec3, device=self.device)
+        values = np.asarray(values)
+        if values.ndim != 2 or values.shape[1] != 3 or values.dtype.kind not in "fiu":
+            raise OptionError(f"{name}: numbers of shape [n, 3] expected, got {values.dtype} {list(values.shape)}")
+        if shift.any():
+            values = values.astype(np.float64) - shift
+        values = np.ascontiguousarray(values, np.float32)
+        return wp.array(values, dtype=wp.vec3, device=self.device, copy=self.device != "cpu")
+
+    def _ends(self, t_max: Any) -> wp.array:
+        if isinstance(t_max, wp.array):
+            return self._checked("t_max", t_max, wp.float32)
+        values = np.asarray(t_max, np.float32)
+        if values.ndim == 0:
+            values = values.reshape(1)
+        elif values.shape != (self.count,):
+            raise OptionError(f"t_max: one number or shape [{self.count}] expected, got {list(values.shape)}")
+        return wp.array(values, dtype=wp.float32, device=self.device)
+
+    def _checked(self, name: str, array: Any, dtype: Any) -> wp.array:
+        expected = self.count if hasattr(self, "count") else None
+        if (
+            not isinstance(array, wp.array)
+            or array.dtype != dtype
+            or array.ndim != 1
+            or (expected is not None and array.shape[0] != expected)
+            or array.device.alias != self.device
+        ):
+            size = "n" if expected is None else str(expected)
+            raise OptionError(f"{name}: a Warp array of {dtype.__name__}, shape [{size}], on {self.device} expected")
+        return array
+
+
+def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array], threads: int | None) -> None:
+    """Launch a query kernel over all rays."""
+    if threads is not None and threads < 1:
+        raise OptionError(f"threads: {threads} is less than 1")
+    if rays.count == 0:
+        return
+    is_cpu = accel.device == "cpu"
+    tile = _CPU_TILE if is_cpu else _GPU_TILE
+    starts = range(0, rays.count, tile)
+    workers = Workers(threads if is_cpu else 1)
+    workers.count = min(workers.count, len(starts))
+
+    def record() -> wp.Launch:
+        # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
+        stacks = make_stacks(accel, 1 if is_cpu else min(tile, rays.count))
+        inputs = [accel.data, rays.origins, rays.directions, rays.t_max, stacks, 0]
+        return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True)
+
+    def run(start: int, command: wp.Launch) -> None:
+        command.set_dim(min(tile, rays.count - start))
+        command.set_param_at_index(5, start)
+        command.launch()
+
+    workers.map(run, starts, record)
