@@ -34,7 +34,7 @@ def list_devices() -> tuple[Device, ...]:
 def kernel_cache() -> Path:
     """Return the folder in which compiled kernels are kept."""
     init_warp()
-    return Path(wp.config.kernel_cache_dir)
+    return Path(str(wp.config.kernel_cache_dir))  # initialising has set it
 
 
 def core_count() -> int:

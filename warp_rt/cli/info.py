@@ -77,17 +77,15 @@ def _facts(scene: Scene) -> dict[str, Any]:
 
 def scene_bytes(scene: Scene) -> int:
     """Return what the arrays of a scene take on the host [byte]; arrays that are shared count once."""
-    arrays: dict[int, np.ndarray] = {}
-    for mesh in scene.meshes:
-        held = [mesh.points, mesh.triangles, mesh.material_slots, mesh.face_ids]
-        for primvar in (mesh.normals, *mesh.primvars.values()):
-            held += [] if primvar is None else [primvar.values, primvar.indices]
-        arrays.update((id(array), array) for array in held if array is not None)
     placed = scene.instances
-    held = [placed.mesh, placed.world_from_local, placed.material_offset, placed.material_table, placed.prim]
-    held += [placed.instance_id, *placed.primvars.values(), *(image.pixels for image in scene.images)]
-    arrays.update((id(array), array) for array in held)
-    return sum(array.nbytes for array in arrays.values())
+    arrays: list[np.ndarray | None] = [placed.mesh, placed.world_from_local, placed.material_offset]
+    arrays += [placed.material_table, placed.prim, placed.instance_id, *placed.primvars.values()]
+    arrays += [image.pixels for image in scene.images]
+    for mesh in scene.meshes:
+        arrays += [mesh.points, mesh.triangles, mesh.material_slots, mesh.face_ids]
+        for primvar in (mesh.normals, *mesh.primvars.values()):
+            arrays += [] if primvar is None else [primvar.values, primvar.indices]
+    return sum({id(array): array.nbytes for array in arrays if array is not None}.values())
 
 
 def hierarchy_bytes(scene: Scene) -> int:

@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from types import FrameType
 
@@ -79,15 +79,15 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise OptionError(_unknown_command(name))
         command = import_module(f"warp_rt.cli.{name}")
         args = command.parser().parse(rest)
-    except OptionError as error:
-        Terminal(PROGRAM).error(error)
+    except WarpRtError as error:
+        terminal.error(error)
         return error.exit_code
     except SystemExit as end:  # argparse has printed its help
         return int(end.code or 0)
     return _run(command.run, args, name)
 
 
-def _run(run, args: argparse.Namespace, name: str) -> int:
+def _run(run: Callable[[argparse.Namespace, Terminal], int], args: argparse.Namespace, name: str) -> int:
     """Run a command and return the exit code that its end deserves; the traceback of a bug is shown with -v only."""
     verbosity = int(args.verbose) - int(args.quiet)
     with data_only_stdout() as data, _sigterm_raises():

@@ -182,7 +182,8 @@ def data_only_stdout() -> Iterator[TextIO]:
     os.dup2(2, 1)
     stream = os.fdopen(saved, "w", encoding=getattr(sys.stdout, "encoding", None), errors="backslashreplace")
     try:
-        yield stream
+        with contextlib.redirect_stdout(sys.stderr):
+            yield stream
     finally:
         with contextlib.suppress(OSError):  # data() has told it already
             stream.flush()

@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which exit code each end has, and that it is told in one line. Nothing here renders."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import warp_rt.cli.doctor
+import warp_rt.cli.info
+from warp_rt import errors
+from warp_rt.cli.main import COMMANDS, main
+
+
+def _raising(error):
+    def run(args, terminal):
+        raise error
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "line"),
+    [
+        (errors.OptionError("depth: too deep"), 2, "warp-rt info: error: depth: too deep"),
+        (errors.SceneError("a.usda: no prim"), 3, "warp-rt info: error: a.usda: no prim"),
+        (errors.DeviceError("no such device"), 4, "warp-rt info: error: no such device"),
+        (errors.LimitError("time limit"), 5, "warp-rt info: error: time limit"),
+        (MemoryError(), 5, "warp-rt info: error: out of memory"),
+        (errors.OutputError("a.png: disk full"), 6, "warp-rt info: error: a.png: disk full"),
+        (KeyboardInterrupt(), 130, "warp-rt info: error: interrupted"),
+    ],
+)
+def test_exit_codes(monkeypatch, capfd, error, code, line):
+    monkeypatch.setattr(warp_rt.cli.info, "run", _raising(error))
+    assert main(["info", "a.usda"]) == code
+    assert capfd.readouterr() == ("", line + "\n")
+
+
+def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd):
+    monkeypatch.setattr(warp_rt.cli.info, "run", _raising(TypeError("a\nb")))
+    assert main(["info", "a.usda"]) == 1
+    err = capfd.readouterr().err
+    assert err.startswith(r"warp-rt info: error: internal error: TypeError: a\nb")
+    assert err.count("\n") == 1
+    assert main(["info", "a.usda", "-v"]) == 1
+    assert "Traceback (most recent call last)" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rendr"], "did you mean render?"),
+        (["scene.usda"], "warp-rt render scene.usda"),
+        (["xyz"], "there are render, info"),
+        (["--verzion"], "is no command"),
+        (["render"], "SCENE"),
+        (["render", "a.usda", "b.usda"], "unknown argument b.usda"),
+        (["render", "a.usda", "--dept", "3"], "did you mean --depth"),
+        (["render", "a.usda", "--width", "wide"], "invalid int value: 'wide'"),
+        (["render", "a.usda", "--width", "0"], "width: 0 is outside 1..65536"),
+        (["render", "a.usda", "--height", "-1"], "height: -1 is outside"),
+        (["render", "a.usda", "--width", "1000000000"], "width: 1000000000 is outside"),
+        (["render", "a.usda", "--depth", "0"], "depth: 0 is outside"),
+        (["render", "a.usda", "--spp", "0"], "spp: 0 is outside"),
+        (["render", "a.usda", "--threshold", "-0.1"], "threshold: -0.1 is outside"),
+        (["render", "a.usda", "--threshold", "nan"], "threshold: nan is outside"),
+        (["render", "a.usda", "--bvh", "kd"], "invalid choice: 'kd'"),
+        (["render", "a.usda", "--aov", "depth,beauty"], "'beauty' is none of color, depth"),
+        (["render", "a.usda", "--crop", "1,2,3"], "--crop"),
+        (["render", "a.usda", "--crop", "0,0,0,5"], "crop"),
+        (["render", "a.usda", "--background", "1,2"], "invalid colour value: '1,2'"),
+        (["render", "a.usda", "--ambient", "nan"], "ambient"),
+        (["render", "a.usda", "--exposure", "1000"], "exposure: 1000.0 is outside"),
+        (["render", "a.usda", "--frames", "1:2:3"], "'1:2:3' is none of"),
+        (["render", "a.usda", "--frames", "1:2", "--default-time"], "not allowed with"),
+        (["render", "a.usda", "--frames", "1:2", "-o", "a.png"], "exactly one placeholder"),
+        (["render", "a.usda", "-o", "a.##.png"], "needs --frames"),
+        (["render", "a.usda", "-o", "a.tiff"], "the extension must be one of .png, .jpg, .jpeg, .exr"),
+        (["render", "a.usda", "-o", "a.png", "--aov", "depth"], "holds color"),
+        (["doctor", "a.usda"], "unknown argument a.usda"),
+    ],
+)
+def test_usage_errors_are_one_line_and_exit_2(capfd, monkeypatch, tmp_path, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_command_shows_the_help_on_stderr(capfd):
+    assert main([]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "usage: warp-rt COMMAND" in err
+
+
+def test_help_goes_to_stdout(capfd):
+    assert main(["--help"]) == 0
+    out, err = capfd.readouterr()
+    assert err == ""
+    for command in COMMANDS:
+        assert f"\n  {command} " in out
+        assert main([command, "--help"]) == 0
+        assert f"usage: warp-rt {command}" in capfd.readouterr().out
+
+
+def test_version_names_what_takes_part(capfd):
+    assert main(["--version"]) == 0
+    out = capfd.readouterr().out
+    assert out.startswith(f"warp-rt {warp_rt.__version__} (warp 1.")
+    for name in ("usd", "numpy", "python"):
+        assert f", {name} " in out
+
+
+def test_what_libraries_print_is_not_data(monkeypatch, capfd):
+    def run(args, terminal):
+        subprocess.run([sys.executable, "-c", "print('from native code')"], check=True)
+        print("from Python")
+        terminal.json({"is": "data"})
+        return 0
+
+    monkeypatch.setattr(warp_rt.cli.doctor, "run", run)
+    assert main(["doctor", "--json"]) == 0
+    out, err = capfd.readouterr()
+    assert out == '{\n  "is": "data"\n}\n'
+    assert "from native code" in err
+    assert "from Python" in err
+
+
+_WAITING = """
+import sys, time
+import warp_rt.cli.doctor
+from warp_rt.cli.main import main
+def run(args, terminal):
+    print("ready", file=sys.stderr, flush=True)
+    time.sleep(30)
+warp_rt.cli.doctor.run = run
+sys.exit(main(["doctor"]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_end_it_at_once(sent, code):
+    process = subprocess.Popen([sys.executable, "-c", _WAITING], stderr=subprocess.PIPE, text=True)
+    assert process.stderr.readline() == "ready\n"
+    begin = time.monotonic()
+    process.send_signal(sent)
+    err = process.communicate(timeout=10)[1]
+    assert time.monotonic() - begin < 1
+    assert process.returncode == code
+    assert err.count("\n") == 1
+    assert "error: " in err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell is needed")
+@pytest.mark.parametrize("redirection", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-", "| true", "2>&1 | true"])
+def test_closed_standard_streams_are_no_trouble(redirection):
+    command = f"{sys.executable} -m warp_rt doctor {redirection}"
+    result = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 0
+    assert "Traceback" not in result.stderr
+    assert "Exception" not in result.stderr
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/dev/full is Linux's")
+def test_full_stdout_exits_6():
+    result = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m warp_rt --version > /dev/full; echo $?"], capture_output=True, text=True
+    )
+    assert result.stdout == "6\n"
+    assert result.stderr == "warp-rt: error: standard output: cannot write: No space left on device\n"
