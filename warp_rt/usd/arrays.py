@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""USD's arrays as NumPy arrays of a known shape: a value of another type counts as absent, never as a crash."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def float_rows(value: Any) -> np.ndarray | None:
+    """Return numbers or vectors as rows: float32, shape [n, c], c = 1 to 4; None for anything else.
+
+    Args:
+        value: What ``Usd.Attribute.Get`` returned for an array of scalars or of vectors, of any precision.
+    """
+    array = _numbers(value)
+    if array is None:
+        return None
+    if array.ndim == 1:
+        array = array[:, None]
+    if array.ndim != 2 or not 1 <= array.shape[1] <= 4:
+        return None
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which every caller looks for
+        return np.ascontiguousarray(array, np.float32)
+
+
+def vector_rows(value: Any, width: int) -> np.ndarray | None:
+    """Return vectors of ``width`` components: float32, shape [n, width]; None for anything else."""
+    rows = float_rows(value)
+    if rows is None or (len(rows) and rows.shape[1] != width):
+        return None
+    return rows.reshape(-1, width)
+
+
+def integers(value: Any) -> np.ndarray | None:
+    """Return integers: int64, shape [n]; None for anything else."""
+    array = _numbers(value)
+    return array.astype(np.int64) if array is not None and array.ndim == 1 and array.dtype.kind in "iu" else None
+
+
+def _numbers(value: Any) -> np.ndarray | None:
+    if value is None or isinstance(value, str):
+        return None
+    array = np.asarray(value)
+    return array if array.dtype.kind in "fiu" and array.ndim else None

@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A USD stage to a Scene."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import numpy as np
+from pxr import Tf, Usd
+
+from warp_rt.report import Report
+from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene
+from warp_rt.usd.cameras import read_camera
+from warp_rt.usd.lights import read_light
+from warp_rt.usd.materials import MaterialReader
+from warp_rt.usd.mesh import MAX_COORDINATE
+from warp_rt.usd.placement import Group
+from warp_rt.usd.point_instancer import is_regular
+from warp_rt.usd.settings import read_settings
+from warp_rt.usd.stage import (
+    captured_warnings,
+    error_text,
+    open_stage,
+    report_composition,
+    stage_meters_per_unit,
+    stage_time,
+    stage_up_axis,
+)
+from warp_rt.usd.walk import BAD_TRANSFORM, StageWalk
+
+# usdrecord's: a render product's own purposes, {default, render}, count only where they are authored.
+DEFAULT_PURPOSES = ("default", "proxy")
+UNREADABLE = "W420"
+
+
+def load_stage(
+    path_or_stage: str | os.PathLike[str] | Usd.Stage,
+    *,
+    time: float | None = None,
+    default_time: bool = False,
+    purposes: tuple[str, ...] | None = None,
+    settings_path: str | None = None,
+) -> Scene:
+    """Return the scene that a stage shows at one time.
+
+    Args:
+        path_or_stage: A usda, usdc, usd or usdz file, or an open stage, which is read and not changed.
+        time: Time code; None: the stage's startTimeCode, or 0.
+        default_time: Read default values, those of no time, instead.
+        purposes: Purposes that are drawn, with ``default`` in any case; None: those of the render settings where
+            they are authored, else ``default`` and ``proxy``.
+        settings_path: RenderSettings prim; None: the one that the stage's metadata name.
+
+    Raises:
+        SceneError: The file is missing or is not USD.
+        LimitError: The stage holds more prims or instances than can be meant.
+        OptionError: ``time`` makes no sense.
+    """
+    report = Report()
+    with captured_warnings(report):
+        is_open = isinstance(path_or_stage, Usd.Stage)
+        stage = path_or_stage if is_open else open_stage(path_or_stage)
+        report_composition(stage, report)
+        code = stage_time(stage, time, default_time, report)
+        settings, settings_purposes = read_settings(stage, report, settings_path)
+        chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
+        materials = MaterialReader(stage, code, report)
+        walk = StageWalk(stage, code, frozenset(chosen), materials, report)
+        group = walk.walk()
+        lights, domes = _read_lights(group, materials, code, report)
+        cameras = _read_cameras(group, code, report)
+        instances, instance_paths = _instances(group, walk, report)
+        up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
+    return Scene(
+        meshes=tuple(walk.meshes),
+        instances=instances,
+        prims=tuple(walk.prims),
+        instance_paths=instance_paths,
+        labels=walk.labels,
+        materials=tuple(materials.materials),
+        textures=tuple(materials.textures),
+        images=tuple(materials.images),
+        lights=tuple(lights),
+        domes=tuple(domes),
+        cameras=tuple(cameras),
+        settings=settings,
+        up_axis=up_axis,
+        meters_per_unit=meters_per_unit,
+        source=stage.GetRootLayer().identifier if is_open else os.fspath(path_or_stage),
+        time=None if code.IsDefault() else code.GetValue(),
+        diagnostics=tuple(report),
+    )
+
+
+def _instances(group: Group, walk: StageWalk, report: Report) -> tuple[Instances, tuple[str, ...]]:
+    """Return the rows that can be drawn, and the path of each instance."""
+    kept = _drawable(group, walk.meshes, walk.prims, report)
+    sets = list(walk.material_sets)
+    offsets = np.cumsum([0] + [len(materials) for materials in sets], dtype=np.int32)[:-1]
+    instances = Instances(
+        mesh=group.mesh[kept],
+        world_from_local=group.matrix[kept],
+        material_offset=offsets[group.materials[kept]].astype(np.int32),
+        material_table=np.array([row for materials in sets for row in materials], np.int32),
+        prim=group.prim[kept],
+        instance_id=group.name[kept],
+        primvars={name: values[kept] for name, values in group.values.items()},
+    )
+    return instances, group.names
+
+
+def _drawable(group: Group, meshes: list[Mesh], prims: list[str], report: Report) -> np.ndarray:
+    """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
+    reach = np.array([np.abs(mesh.points).max(initial=0) for mesh in meshes] or [0.0])[group.mesh]
+    with np.errstate(over="ignore", invalid="ignore"):
+        extent = np.abs(group.matrix[:, :3, :3]).sum(axis=(1, 2)) * reach + np.abs(group.matrix[:, :3, 3]).sum(axis=1)
+    is_good = is_regular(group.matrix) & (extent <= MAX_COORDINATE)
+    for prim in np.unique(group.prim[~is_good]):
+        count = int((group.prim[~is_good] == prim).sum())
+        report.warn(BAD_TRANSFORM, prims[prim], f"{count} instances left out: their transform is singular or too large")
+    return np.flatnonzero(is_good)
+
+
+def _read_lights(
+    group: Group, materials: MaterialReader, time: Usd.TimeCode, report: Report
+) -> tuple[list[Light], list[Dome]]:
+    lights: list[Light] = []
+    domes: list[Dome] = []
+    for placed in group.lights:
+        try:
+            light = read_light(placed.prim, placed.matrix, time, report, materials)
+        except Tf.ErrorException as error:
+            report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")
+            continue
+        if isinstance(light, Dome):
+            domes.append(replace(light, path=placed.path))
+        elif light is not None:
+            lights.append(replace(light, path=placed.path))
+    return lights, domes
+
+
+def _read_cameras(group: Group, time: Usd.TimeCode, report: Report) -> list[Camera]:
+    cameras = []
+    for placed in group.cameras:
+        try:
+            camera = read_camera(placed.prim, placed.matrix, time, report)
+        except Tf.ErrorException as error:
+            report.warn(UNREADABLE, placed.path, f"camera left out: {error_text(error)}")
+            continue
+        cameras.append(replace(camera, path=placed.path))
+    return cameras

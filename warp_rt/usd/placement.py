@@ -1,0 +1,262 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Groups of placed meshes, and copies of groups: what instancing of every kind comes down to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd
+
+from warp_rt.errors import LimitError
+from warp_rt.usd.primvars import merge_width
+
+MAX_INSTANCES = 10_000_000
+
+Values = Mapping[str, np.ndarray]
+"""Values by primvar name: float32, shape [c], or [n, c] for n copies."""
+
+
+@dataclass(frozen=True)
+class PlacedPrim:
+    """A light or a camera in a group."""
+
+    prim: Usd.Prim
+    matrix: np.ndarray
+    """float64, shape [4, 4], group from local."""
+    path: str
+    """As the group's names: relative to the path of what holds the group."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows of placed meshes, one for each copy; a group within it has been copied into it already."""
+
+    mesh: np.ndarray
+    """int32, shape [k], row of the scene's meshes."""
+    matrix: np.ndarray
+    """float64, shape [k, 4, 4], group from local."""
+    materials: np.ndarray
+    """int32, shape [k], row of the scene's sets of materials."""
+    prim: np.ndarray
+    """int32, shape [k], row of the scene's prims."""
+    name: np.ndarray
+    """int32, shape [k], row of ``names``, or -1 for what belongs to the group's own instance."""
+    names: tuple[str, ...]
+    """Paths of the instances within the group, relative to the path of what holds the group."""
+    values: dict[str, np.ndarray]
+    """Values that precede the mesh's primvar: float32, shape [k, c]; a row of NaN: none."""
+    from_instancer: dict[str, np.ndarray]
+    """Which rows of ``values`` an instancer within the group gave: bool, shape [k]. Nothing outside precedes them."""
+    lights: tuple[PlacedPrim, ...]
+    cameras: tuple[PlacedPrim, ...]
+
+    def __len__(self) -> int:
+        return len(self.mesh)
+
+    def weight(self) -> int:
+        """Return how much a copy adds to the number of instances that ``MAX_INSTANCES`` bounds."""
+        return len(self.mesh) + len(self.lights) + len(self.cameras)
+
+
+class GroupBuilder:
+    """Collects a group: meshes, lights, cameras, and copies of other groups.
+
+    Args:
+        mesh_primvars: Names of the primvars of each mesh of the scene, kept up to date by its owner.
+        instance_limit: Number of rows at which LimitError is raised, before memory is taken.
+    """
+
+    def __init__(self, mesh_primvars: Sequence[frozenset[str]], instance_limit: int = MAX_INSTANCES) -> None:
+        self._mesh_primvars = mesh_primvars
+        self._limit = instance_limit
+        self._count = 0
+        self._singles: list[tuple[int, np.ndarray, int, int, int, Values]] = []
+        self._names: list[str] = []
+        self._copies: dict[tuple[int, frozenset[str]], tuple[Group, list[tuple[np.ndarray, str, Values]]]] = {}
+        self._chunks: list[Group] = []
+        self._lights: list[PlacedPrim] = []
+        self._cameras: list[PlacedPrim] = []
+
+    def add_mesh(self, mesh: int, matrix: np.ndarray, materials: int, prim: int, values: Values) -> None:
+        """Place a mesh; ``values`` are those that it inherits or that its shared mesh has no room for."""
+        self._take(1)
+        self._singles.append((mesh, matrix, materials, prim, -1, values))
+
+    def add_light(self, light: PlacedPrim) -> None:
+        """Place a light."""
+        self._take(1)
+        self._lights.append(light)
+
+    def add_camera(self, camera: PlacedPrim) -> None:
+        """Place a camera."""
+        self._take(1)
+        self._cameras.append(camera)
+
+    def add_copy(self, group: Group, matrix: np.ndarray, name: str, inherited: Values) -> None:
+        """Place one copy, of a native instance.
+
+        Args:
+            group: What is copied.
+            matrix: This group from that group, shape [4, 4].
+            name: Path of the instance, relative to what holds this group.
+            inherited: Values that count where the group's rows have none of that name.
+        """
+        self._take(group.weight())
+        key = (id(group), frozenset(inherited))
+        self._copies.setdefault(key, (group, []))[1].append((matrix, name, inherited))
+
+    def add_copies(
+        self, group: Group, matrices: np.ndarray, names: Sequence[str], inherited: Values, given: Values
+    ) -> None:
+        """Place copies of a PointInstancer.
+
+        Args:
+            group: What is copied.
+            matrices: This group from that group, shape [n, 4, 4].
+            names: Path of each copy, relative to what holds this group.
+            inherited: Values that count where the group's rows have none, shape [n, c].
+            given: Values that precede the group's own, shape [n, c].
+        """
+        self._take(group.weight() * len(matrices))
+        self._add_chunk(_copied(group, matrices, names, inherited, given, self._mesh_primvars))
+
+    def build(self) -> Group:
+        """Return the group."""
+        for group, copies in self._copies.values():
+            matrices = np.stack([matrix for matrix, _, _ in copies])
+            names = [name for _, name, _ in copies]
+            inherited = {key: _stack_padded([values[key] for _, _, values in copies]) for key in copies[0][2]}
+            self._add_chunk(_copied(group, matrices, names, inherited, {}, self._mesh_primvars))
+        self._copies = {}
+        chunks = [self._single_rows(), *self._chunks]
+        counts = [len(chunk) for chunk in chunks]
+        offsets = np.cumsum([0] + [len(chunk.names) for chunk in chunks])[:-1]
+        return Group(
+            mesh=np.concatenate([chunk.mesh for chunk in chunks]),
+            matrix=np.concatenate([chunk.matrix for chunk in chunks]),
+            materials=np.concatenate([chunk.materials for chunk in chunks]),
+            prim=np.concatenate([chunk.prim for chunk in chunks]),
+            name=np.concatenate(
+                [
+                    np.where(chunk.name < 0, -1, chunk.name + offset).astype(np.int32)
+                    for chunk, offset in zip(chunks, offsets, strict=True)
+                ]
+            ),
+            names=tuple(name for chunk in chunks for name in chunk.names),
+            values=_concatenated([chunk.values for chunk in chunks], counts),
+            from_instancer={
+                key: np.concatenate([chunk.from_instancer.get(key, np.zeros(len(chunk), bool)) for chunk in chunks])
+                for key in sorted({key for chunk in chunks for key in chunk.from_instancer})
+            },
+            lights=tuple(self._lights) + tuple(light for chunk in chunks for light in chunk.lights),
+            cameras=tuple(self._cameras) + tuple(camera for chunk in chunks for camera in chunk.cameras),
+        )
+
+    def _take(self, count: int) -> None:
+        self._count += count
+        if self._count > self._limit:
+            raise LimitError(f"the stage holds more than {self._limit} instances")
+
+    def _add_chunk(self, chunk: Group) -> None:
+        if chunk.weight():
+            self._chunks.append(chunk)
+
+    def _single_rows(self) -> Group:
+        rows = self._singles
+        keys = sorted({key for row in rows for key in row[5]})
+        values = {}
+        for key in keys:
+            holders = [(i, row[5][key]) for i, row in enumerate(rows) if key in row[5]]
+            width = max(len(value) for _, value in holders)
+            values[key] = np.full((len(rows), width), np.nan, np.float32)
+            values[key][[i for i, _ in holders]] = _stack_padded([value for _, value in holders])
+        return Group(
+            mesh=np.array([row[0] for row in rows], np.int32),
+            matrix=np.array([row[1] for row in rows], np.float64).reshape(-1, 4, 4),
+            materials=np.array([row[2] for row in rows], np.int32),
+            prim=np.array([row[3] for row in rows], np.int32),
+            name=np.array([row[4] for row in rows], np.int32),
+            names=(),
+            values=values,
+            from_instancer={},
+            lights=(),
+            cameras=(),
+        )
+
+
+def _copied(
+    group: Group,
+    matrices: np.ndarray,
+    names: Sequence[str],
+    inherited: Values,
+    given: Values,
+    mesh_primvars: Sequence[frozenset[str]],
+) -> Group:
+    """Return n copies of a group, one after the other; arguments as ``GroupBuilder.add_copies``."""
+    n, k = len(matrices), len(group)
+    used, local = np.unique(group.name, return_inverse=True)
+    suffixes = [group.names[row] if row >= 0 else "" for row in used]
+    values: dict[str, np.ndarray] = {}
+    from_instancer = {key: np.tile(is_given, n) for key, is_given in group.from_instancer.items()}
+    for key in {**group.values, **inherited, **given}:
+        sources = [source[key] for source in (group.values, inherited, given) if key in source]
+        width = max(source.shape[-1] for source in sources)
+        rows = np.full((n, k, width), np.nan, np.float32)
+        if key in group.values:
+            rows[:] = merge_width(group.values[key], width)
+        if key in inherited:
+            is_free = np.isnan(rows[0, :, 0]) & ~_meshes_with(key, group, mesh_primvars)
+            rows[:, is_free] = merge_width(inherited[key], width)[:, None]
+        if key in given:
+            is_open = ~group.from_instancer.get(key, np.zeros(k, bool))
+            rows[:, is_open] = merge_width(given[key], width)[:, None]
+            from_instancer[key] = np.ones(n * k, bool)
+        values[key] = rows.reshape(n * k, width)
+    return Group(
+        mesh=np.tile(group.mesh, n),
+        matrix=np.matmul(matrices[:, None], group.matrix[None]).reshape(-1, 4, 4),
+        materials=np.tile(group.materials, n),
+        prim=np.tile(group.prim, n),
+        name=(np.arange(n)[:, None] * len(used) + local.reshape(-1)[None]).reshape(-1).astype(np.int32),
+        names=tuple(name + suffix for name in names for suffix in suffixes),
+        values=values,
+        from_instancer=from_instancer,
+        lights=_copied_prims(group.lights, matrices, names),
+        cameras=_copied_prims(group.cameras, matrices, names),
+    )
+
+
+def _copied_prims(prims: Sequence[PlacedPrim], matrices: np.ndarray, names: Sequence[str]) -> tuple[PlacedPrim, ...]:
+    return tuple(
+        PlacedPrim(placed.prim, matrix @ placed.matrix, name + placed.path)
+        for matrix, name in zip(matrices if prims else (), names if prims else (), strict=True)
+        for placed in prims
+    )
+
+
+def _meshes_with(key: str, group: Group, mesh_primvars: Sequence[frozenset[str]]) -> np.ndarray:
+    """Return which rows have a mesh that has a primvar of that name itself: bool, shape [k]."""
+    meshes, row = np.unique(group.mesh, return_inverse=True)
+    return np.array([key in mesh_primvars[mesh] for mesh in meshes], bool)[row.reshape(-1)]
+
+
+def _concatenated(parts: Sequence[Mapping[str, np.ndarray]], counts: Sequence[int]) -> dict[str, np.ndarray]:
+    """Return values of consecutive rows; NaN where a part lacks a name."""
+    found = {}
+    for key in sorted({key for part in parts for key in part}):
+        width = max(part[key].shape[1] for part in parts if key in part)
+        found[key] = np.concatenate(
+            [
+                merge_width(part[key], width) if key in part else np.full((count, width), np.nan, np.float32)
+                for part, count in zip(parts, counts, strict=True)
+            ]
+        )
+    return found
+
+
+def _stack_padded(values: Sequence[np.ndarray]) -> np.ndarray:
+    width = max(len(value) for value in values)
+    return np.stack([merge_width(value, width) for value in values])

@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""PointInstancer: which prototype stands where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, Tf, Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.usd.arrays import integers, vector_rows
+from warp_rt.usd.primvars import rows_by_instance
+
+BAD_ARRAY = "W120"
+BAD_PROTOTYPE = "W121"
+BAD_TRANSFORM = "W122"
+
+
+@dataclass(frozen=True)
+class PointInstances:
+    """The instances of a PointInstancer that are shown."""
+
+    prototypes: tuple[Sdf.Path, ...]
+    index: np.ndarray
+    """int64, shape [n], position of each in the instancer's arrays."""
+    prototype: np.ndarray
+    """int64, shape [n], row of ``prototypes``."""
+    matrices: np.ndarray
+    """float64, shape [n, 4, 4], instancer from prototype: scale first, then orientation, then position."""
+    values: Mapping[str, np.ndarray]
+    """Primvars that differ by instance: float32, shape [n, c], by name."""
+
+
+def read_point_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> PointInstances:
+    """Return the instances of a PointInstancer; what is malformed is left out with a diagnostic.
+
+    ``orientationsf`` takes precedence over ``orientations``; ``invisibleIds`` and the metadata ``inactiveIds`` hide
+    instances. Between time samples velocities move the instances (UsdGeomPointInstancer, "Computing an Instance
+    Transform").
+    """
+    schema = UsdGeom.PointInstancer(prim)
+    path = prim.GetPath()
+    prototypes = tuple(schema.GetPrototypesRel().GetForwardedTargets())
+    prototype = integers(schema.GetProtoIndicesAttr().Get(time))
+    prototype = np.zeros(0, np.int64) if prototype is None else prototype
+    count = len(prototype)
+    matrices = _moved_matrices(schema, time, count)
+    if matrices is None:
+        matrices = _matrices(schema, count, time, report)
+    if not count or matrices is None:
+        empty = np.zeros(0, np.int64)
+        return PointInstances(prototypes, empty, empty, np.zeros((0, 4, 4)), {})
+    is_shown = _shown_ids(schema, count, time, report)
+    in_range = (prototype >= 0) & (prototype < len(prototypes))
+    if not in_range.all():
+        report.warn(BAD_PROTOTYPE, path, f"{(~in_range).sum()} instances left out: protoIndices name no prototype")
+    is_invertible = is_regular(matrices)
+    if not (is_invertible | ~is_shown).all():
+        dropped = (is_shown & ~is_invertible).sum()
+        report.warn(BAD_TRANSFORM, path, f"{dropped} instances left out: their transform is singular or not finite")
+    kept = np.flatnonzero(is_shown & in_range & is_invertible)
+    values = {name: rows[kept] for name, rows in rows_by_instance(prim, count, time, report).items()}
+    return PointInstances(prototypes, kept, prototype[kept], matrices[kept], values)
+
+
+def is_regular(matrices: np.ndarray) -> np.ndarray:
+    """Return which transforms are finite and can be inverted: bool, shape [n].
+
+    The determinant is compared with the product of the lengths of the axes, so that the size of the object does not
+    matter; below 1e-12 of it, float64 rounding of a product with a singular matrix looks the same.
+
+    Args:
+        matrices: float64, shape [n, 4, 4].
+    """
+    is_finite = np.isfinite(matrices).all(axis=(1, 2))
+    axes = np.where(is_finite[:, None, None], matrices[:, :3, :3], 0.0)
+    lengths = np.linalg.norm(axes, axis=1)
+    has_extent = (lengths > 0).all(axis=1)
+    unit = axes / np.where(lengths > 0, lengths, 1.0)[:, None]
+    return is_finite & has_extent & (np.abs(np.linalg.det(unit)) > 1e-12)
+
+
+def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
+    """Return rotations of column vectors: float64, shape [n, 3, 3]; the identity for a quaternion of no length.
+
+    Args:
+        quaternions: i, j, k, real; shape [n, 4].
+    """
+    q = quaternions.astype(np.float64)
+    norm = np.linalg.norm(q, axis=1, keepdims=True)
+    q = np.where(norm > 0, q / np.where(norm > 0, norm, 1), [0.0, 0.0, 0.0, 1.0])
+    vector, real = q[:, :3], q[:, 3]
+    cross = np.zeros((len(q), 3, 3))
+    cross[:, [2, 0, 1], [1, 2, 0]] = vector
+    cross[:, [1, 2, 0], [2, 0, 1]] = -vector
+    # Rodrigues' formula in quaternion form: 1 + 2 w [v] + 2 [v]^2.
+    return np.eye(3) + 2 * real[:, None, None] * cross + 2 * (cross @ cross)
+
+
+def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, report: Report) -> np.ndarray | None:
+    """Return instancer-from-prototype matrices, shape [count, 4, 4]; None, with a diagnostic, without positions."""
+    path = schema.GetPath()
+    positions = vector_rows(schema.GetPositionsAttr().Get(time), 3)
+    found = 0 if positions is None else len(positions)
+    if found != count or positions is None:
+        report.warn(BAD_ARRAY, path, f"instancer left out: {found} positions for {count} protoIndices")
+        return None
+    matrices = np.tile(np.eye(4), (count, 1, 1))
+    matrices[:, :3, 3] = positions
+    orientations = schema.GetOrientationsfAttr().Get(time)
+    orientations = orientations or schema.GetOrientationsAttr().Get(time)
+    for name, value, width in (("orientations", orientations, 4), ("scales", schema.GetScalesAttr().Get(time), 3)):
+        if value is None or not len(value):
+            continue
+        rows = vector_rows(value, width)
+        if rows is None or len(rows) != count:
+            report.warn(BAD_ARRAY, path, f"{name} left out: {len(value)} of them for {count} protoIndices")
+        elif width == 4:
+            matrices[:, :3, :3] = rotation_matrices(rows)
+        else:
+            matrices[:, :3, :3] *= rows[:, None, :]
+    return matrices
+
+
+def _moved_matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> np.ndarray | None:
+    """Return USD's own matrices where velocities move the instances; None where they do not or USD gives none."""
+    motions = (schema.GetVelocitiesAttr(), schema.GetAngularVelocitiesAttr(), schema.GetAccelerationsAttr())
+    if time.IsDefault() or not any(attribute.HasAuthoredValue() for attribute in motions):
+        return None
+    try:
+        matrices = schema.ComputeInstanceTransformsAtTime(
+            time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+        )
+    except Tf.ErrorException:
+        return None
+    if matrices is None or len(matrices) != count or not count:
+        return None
+    return np.asarray(matrices, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+
+
+def _shown_ids(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, report: Report) -> np.ndarray:
+    """Return which instances are neither invisible nor inactive: bool, shape [count]."""
+    hidden = []
+    invisible = integers(schema.GetInvisibleIdsAttr().Get(time))
+    if invisible is not None:
+        hidden.append(invisible)
+    inactive = schema.GetPrim().GetMetadata("inactiveIds")
+    if inactive is not None:
+        hidden.append(np.array(list(inactive.GetAppliedItems()), np.int64))
+    ids = integers(schema.GetIdsAttr().Get(time))
+    if ids is None or not len(ids):
+        ids = np.arange(count)
+    elif len(ids) != count:
+        report.warn(BAD_ARRAY, schema.GetPath(), f"ids left out: {len(ids)} of them for {count} protoIndices")
+        ids = np.arange(count)
+    return ~np.isin(ids, np.concatenate(hidden)) if hidden else np.ones(count, bool)

@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Primvars of every interpolation, indexed or not, as values looked up by triangle corner."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.scene import Primvar
+from warp_rt.usd.arrays import float_rows
+
+WRONG_LENGTH = "W106"
+BAD_INDEX = "W107"
+WRONG_TYPE = "W108"
+NOT_FINITE = "W109"
+
+# Components that a name promises, where one does.
+_WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
+_FLOAT_TYPE = re.compile(r"(half|float|double|color|texCoord|normal|vector|point)([234][hfd]?)?")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the elements of a mesh's arrays are numbered, and which of them each triangle corner takes."""
+
+    point_count: int
+    face_count: int
+    corner_count: int
+    triangles: np.ndarray
+    """int32, shape [m, 3], point of each triangle corner."""
+    face_ids: np.ndarray
+    """int32, shape [m], face of each triangle."""
+    corners: np.ndarray
+    """int32, shape [m, 3], face-vertex of each triangle corner."""
+
+    def element_count(self, interpolation: str) -> int | None:
+        """Return how many elements an interpolation asks for; None if there is no such interpolation."""
+        counts = {
+            "constant": 1,
+            "uniform": self.face_count,
+            "varying": self.point_count,
+            "vertex": self.point_count,
+            "faceVarying": self.corner_count,
+        }
+        return counts.get(interpolation)
+
+    def elements(self, interpolation: str) -> np.ndarray | None:
+        """Return the element at each triangle corner, int32, shape [m, 3]; None: element 0 everywhere."""
+        if interpolation == "constant":
+            return None
+        if interpolation == "uniform":
+            return np.repeat(self.face_ids[:, None], 3, axis=1)
+        return self.corners if interpolation == "faceVarying" else self.triangles
+
+
+def read_primvars(prim: Usd.Prim, layout: Layout, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
+    """Return the prim's own primvars of floats and vectors, by name; inherited ones and normals are not among them."""
+    found = {}
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+        name = primvar.GetPrimvarName()
+        if name != "normals" and is_drawable(primvar):
+            values = read_primvar(primvar, layout, time, report)
+            if values is not None:
+                found[name] = values
+    return found
+
+
+def is_drawable(primvar: UsdGeom.Primvar) -> bool:
+    """Return whether a primvar can hold a scalar or vector per element; joint weights and the like cannot."""
+    name = primvar.GetPrimvarName()
+    if name in _WIDTHS:
+        return True
+    scalar_type = str(primvar.GetTypeName().scalarType)
+    return (
+        primvar.GetElementSize() == 1
+        and not name.startswith("skel:")
+        and _FLOAT_TYPE.fullmatch(scalar_type) is not None
+        and (primvar.GetTypeName().isArray or primvar.GetInterpolation() == "constant")
+    )
+
+
+def read_primvar(primvar: UsdGeom.Primvar, layout: Layout, time: Usd.TimeCode, report: Report) -> Primvar | None:
+    """Return a primvar's values and what each triangle corner takes of them; None, with a diagnostic, if unusable."""
+    values = _values(primvar, time, report)
+    if values is None:
+        return None
+    indices = primvar.GetIndices(time) if primvar.IsIndexed() else None
+    return lay_out(
+        values,
+        None if indices is None else np.asarray(indices, np.int64).reshape(-1),
+        str(primvar.GetInterpolation()),
+        layout,
+        f"{primvar.GetAttr().GetPrim().GetPath()}",
+        primvar.GetName(),
+        report,
+    )
+
+
+def lay_out(
+    values: np.ndarray,
+    indices: np.ndarray | None,
+    interpolation: str,
+    layout: Layout,
+    prim: str,
+    name: str,
+    report: Report,
+) -> Primvar | None:
+    """Return values by triangle corner; None, with a diagnostic, where lengths or indices do not fit.
+
+    Args:
+        values: Rows, shape [k, c].
+        indices: Row of each element, shape [e]; None: the elements are the rows.
+        interpolation: What the elements belong to.
+        layout: Numbering of the mesh's elements.
+        prim: Path, for diagnostics.
+        name: Attribute, for diagnostics.
+        report: Takes the diagnostics.
+    """
+    expected = layout.element_count(interpolation)
+    if expected is None:
+        report.warn(WRONG_LENGTH, prim, f"{name} left out: there is no interpolation {interpolation!r}")
+        return None
+    length = len(values) if indices is None else len(indices)
+    if length != expected:
+        if interpolation != "constant" or not length:
+            report.warn(WRONG_LENGTH, prim, f"{name} left out: {length} elements, {interpolation} needs {expected}")
+            return None
+        report.warn(WRONG_LENGTH, prim, f"{name}: {length} elements, constant takes the first")
+    if indices is not None and (indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(values)):
+        report.warn(BAD_INDEX, prim, f"{name} left out: an index is outside 0..{len(values) - 1}")
+        return None
+    if not expected:
+        return None
+    elements = layout.elements(interpolation)
+    if indices is None:
+        return Primvar(values[:1] if elements is None else values, elements)
+    if elements is None:
+        return Primvar(values[indices[0]][None], None)
+    return Primvar(values, indices.astype(np.int32)[elements])
+
+
+def read_constants(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> dict[str, np.ndarray]:
+    """Return the own primvars of a prim that has no elements, an implicit shape: float32, shape [c], by name."""
+    found = {}
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+        name = primvar.GetPrimvarName()
+        if name == "normals" or not is_drawable(primvar):
+            continue
+        values = _values(primvar, time, report)
+        if values is None:
+            continue
+        if len(values) != 1 or primvar.IsIndexed():
+            report.warn(
+                WRONG_LENGTH, prim.GetPath(), f"{primvar.GetName()} left out: an implicit shape takes one value"
+            )
+        else:
+            found[name] = values[0]
+    return found
+
+
+def inherited_constants(primvars: list[UsdGeom.Primvar], time: Usd.TimeCode, report: Report) -> dict[str, np.ndarray]:
+    """Return the values of primvars that prims below inherit: float32, shape [c], by name."""
+    found = {}
+    for primvar in primvars:
+        name = primvar.GetPrimvarName()
+        if name == "normals" or not is_drawable(primvar):
+            continue
+        values = _values(primvar, time, report)
+        if values is not None and len(values) == 1:
+            found[name] = values[0]
+    return found
+
+
+def merge_width(values: np.ndarray, width: int) -> np.ndarray:
+    """Return rows with ``width`` components: padded with zeros, or cut."""
+    if values.shape[-1] >= width:
+        return values[..., :width]
+    padding = [(0, 0)] * (values.ndim - 1) + [(0, width - values.shape[-1])]
+    return np.pad(values, padding)
+
+
+def rows_by_instance(
+    prim: Usd.Prim, instance_count: int, time: Usd.TimeCode, report: Report
+) -> Mapping[str, np.ndarray]:
+    """Return the primvars of a PointInstancer that give each instance its own value: float32, shape [n, c], by name.
+
+    A constant one is no such primvar: it is inherited by what lies below, as on any other prim.
+    """
+    found = {}
+    element = np.arange(instance_count, dtype=np.int32)
+    layout = Layout(
+        instance_count,
+        instance_count,
+        instance_count,
+        np.repeat(element[:, None], 3, axis=1),
+        element,
+        np.repeat(element[:, None], 3, axis=1),
+    )
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+        if primvar.GetInterpolation() == "constant" or not is_drawable(primvar):
+            continue
+        laid_out = read_primvar(primvar, layout, time, report)
+        if laid_out is not None and laid_out.indices is not None:
+            found[primvar.GetPrimvarName()] = laid_out.values[laid_out.indices[:, 0]]
+    return found
+
+
+def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.ndarray | None:
+    """Return finite rows, or None where the primvar is blocked or, with a diagnostic, of an unusable type."""
+    value = primvar.Get(time)
+    if value is None:
+        return None
+    if not primvar.GetTypeName().isArray:
+        value = [value]
+    values = float_rows(value)
+    prim = primvar.GetAttr().GetPrim().GetPath()
+    width = _WIDTHS.get(primvar.GetPrimvarName())
+    if values is None or (width and len(values) and values.shape[1] != width):
+        report.warn(WRONG_TYPE, prim, f"{primvar.GetName()} left out: its type {primvar.GetTypeName()} does not fit")
+        return None
+    is_bad = ~np.isfinite(values).all(axis=1)
+    if is_bad.any():
+        report.warn(NOT_FINITE, prim, f"{primvar.GetName()}: {is_bad.sum()} values that are not finite count as zero")
+        values = np.where(is_bad[:, None], np.float32(0), values)
+    return values

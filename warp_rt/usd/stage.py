@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Opening a stage, what USD complains about while it is read, and its metadata."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pxr import Tf, Usd, UsdGeom
+
+from warp_rt.errors import OptionError, SceneError
+from warp_rt.report import Report
+
+MISSING_ASSET = "W501"
+MISSING_PRIM = "W502"
+CYCLE = "W503"
+BAD_COMPOSITION = "W504"
+BAD_UP_AXIS = "W510"
+BAD_UNIT = "W511"
+BAD_TIME = "W512"
+USD_WARNING = "N920"
+
+_COMPOSITION_CODES = {
+    "ErrorInvalidAssetPath": MISSING_ASSET,
+    "ErrorInvalidSublayerPath": MISSING_ASSET,
+    "ErrorMutedAssetPath": MISSING_ASSET,
+    "ErrorUnresolvedPrimPath": MISSING_PRIM,
+    "ErrorInvalidPrimPath": MISSING_PRIM,
+    "ErrorArcCycle": CYCLE,
+    "ErrorSublayerCycle": CYCLE,
+}
+_MAX_TEXT = 300
+_FALLBACK_METERS_PER_UNIT = 0.01
+
+
+def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
+    """Return the stage of a usda, usdc, usd or usdz file, with all payloads.
+
+    Raises:
+        SceneError: There is no such file, or USD cannot read it.
+    """
+    name = os.fspath(path)
+    reason = ""
+    try:
+        stage = Usd.Stage.Open(name, Usd.Stage.LoadAll)
+    except Tf.ErrorException as error:
+        stage, reason = None, error_text(error)
+    if stage is not None:
+        return stage
+    # Asked only now, for a name that is no file may still be one to the asset resolver.
+    if "[" not in name and not Path(name).exists():
+        raise SceneError(f"{name}: no such file")
+    raise SceneError(f"{name}: cannot be read as USD{f': {reason}' if reason else ''}")
+
+
+@contextmanager
+def captured_warnings(report: Report) -> Iterator[None]:
+    """Keep what USD would print on stderr, and record its warnings as notes.
+
+    Composition errors come as warnings too; they are left to ``report_composition``, which knows their prims.
+    """
+    with Tf.DiagnosticTrap() as trap:
+        try:
+            yield
+        finally:
+            texts = [_commentary(warning) for warning in trap.GetWarnings() if not _is_composition(warning)]
+            trap.Clear()
+    found = []
+    for text in sorted(set(texts)):
+        path = re.search(r"<(/[^<>]*)>", text)
+        found.append((USD_WARNING, path.group(1) if path else "USD", text, re.sub(r"<[^<>]*>|'[^']*'|\d+", "", text)))
+    _report_once(found, report)
+
+
+def report_composition(stage: Usd.Stage, report: Report) -> None:
+    """Record every reference, payload, sublayer and inherited prim that did not compose."""
+    found = []
+    for error in stage.GetCompositionErrors():
+        name = type(error).__name__
+        site = error.rootSite.path
+        path = str(site) if not site.isEmpty else stage.GetRootLayer().GetDisplayName()
+        try:
+            text = _one_line(str(error))
+        except UnicodeDecodeError:
+            text = f"{name.removeprefix('Error')} (its text is not UTF-8)"
+        found.append((_COMPOSITION_CODES.get(name, BAD_COMPOSITION), path, text, text.split(" introduced by ")[0]))
+    _report_once(sorted(found), report)
+
+
+def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report: Report) -> Usd.TimeCode:
+    """Return the time code to read at: the one given, else the stage's first, as usdrecord chooses, else 0.
+
+    Raises:
+        OptionError: ``time`` is not finite, or comes with ``default_time``.
+    """
+    if default_time:
+        if time is not None:
+            raise OptionError("time: not together with the default time")
+        return Usd.TimeCode.Default()
+    if time is not None:
+        if not math.isfinite(time):
+            raise OptionError(f"time: {time} is not finite")
+        return Usd.TimeCode(time)
+    start = stage.GetStartTimeCode()
+    if not math.isfinite(start):
+        report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), f"startTimeCode {start} is not finite: 0 is taken")
+        start = 0.0
+    return Usd.TimeCode(start)
+
+
+def stage_up_axis(stage: Usd.Stage, report: Report) -> str:
+    """Return ``Y`` or ``Z``; anything else, whose meaning is not defined, counts as Y."""
+    axis = str(UsdGeom.GetStageUpAxis(stage))
+    if axis in ("Y", "Z"):
+        return axis
+    report.warn(BAD_UP_AXIS, stage.GetRootLayer().GetDisplayName(), f"upAxis {axis!r} is neither Y nor Z: Y is taken")
+    return "Y"
+
+
+def stage_meters_per_unit(stage: Usd.Stage, report: Report) -> float:
+    """Return the length of a scene unit [m], 0.01 where the stage says nothing valid."""
+    value: object
+    try:
+        value = UsdGeom.GetStageMetersPerUnit(stage)
+    except Tf.ErrorException:  # authored as float, which old files do: the layer still has the number
+        value = stage.GetRootLayer().pseudoRoot.GetInfo("metersPerUnit")
+    if isinstance(value, float | int) and math.isfinite(value) and value > 0:
+        return float(value)
+    name = stage.GetRootLayer().GetDisplayName()
+    report.warn(BAD_UNIT, name, f"metersPerUnit {value!r} is no length: {_FALLBACK_METERS_PER_UNIT} is taken")
+    return _FALLBACK_METERS_PER_UNIT
+
+
+def _report_once(found: list[tuple[str, str, str, str]], report: Report) -> None:
+    """Record code, path and text; of those with the same code and fourth entry, the first and how many follow."""
+    first: dict[tuple[str, str], tuple[str, str]] = {}
+    count: dict[tuple[str, str], int] = {}
+    for code, path, text, key in found:
+        first.setdefault((code, key), (path, text))
+        count[code, key] = count.get((code, key), 0) + 1
+    for (code, key), (path, text) in first.items():
+        more = count[code, key] - 1
+        report.warn(code, path, f"{text} (and {more} more like it)" if more else text)
+
+
+def error_text(error: Tf.ErrorException) -> str:
+    """Return what USD says went wrong, one line. (``str(error)`` can itself raise, where a file is not UTF-8.)"""
+    texts = [_commentary(part) for part in error.args]
+    return "; ".join(text for text in texts if text)[:_MAX_TEXT]
+
+
+def _commentary(diagnostic: object) -> str:
+    try:
+        return _one_line(str(getattr(diagnostic, "commentary", diagnostic)))
+    except UnicodeDecodeError:
+        return "text that is not UTF-8"
+
+
+def _is_composition(warning: object) -> bool:
+    return str(getattr(warning, "sourceFunction", "")).endswith("_ReportErrors")
+
+
+def _one_line(text: str) -> str:
+    """Return text without line breaks, addresses in memory and session layers, which differ from run to run."""
+    text = re.sub(r",?@anon:0x[0-9a-f]+:[^@]*@|<0x[0-9a-f]+>|pxrInternal\w*__::|pxrInternal\w*___", "", text)
+    return " ".join(text.split())[:_MAX_TEXT].rstrip(" .")
