@@ -137,20 +137,23 @@ def shading_normal(scene: SceneData, surface: Surface, material: MaterialData, w
 
 
 @wp.func
-def passage_eta(surface: Surface, is_closed: int, wo: wp.vec3, ior: float) -> float:
+def passage_eta(is_closed: int, side: float, ior: float) -> float:
     """Return n_incoming / n_outgoing, vacuum being outside; 1 for a surface that bounds no volume.
 
-    Entering or leaving is told by the side of the geometric normal that the ray comes from.
+    Args:
+        is_closed: Whether the mesh bounds a volume.
+        side: Positive where the ray enters, negative where it leaves.
+        ior: Index of refraction inside.
     """
     if is_closed == 0 or ior <= 0.0:
         return 1.0
-    if wp.dot(surface.n_geometric, wo) > 0.0:
+    if side > 0.0:
         return 1.0 / ior
     return ior
 
 
 @wp.func
-def eval_whitted(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3) -> Shading:
+def eval_whitted(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3, side: float) -> Shading:
     """Return the lecture's material at a surface point."""
     s = Shading()
     s.model = MODEL_WHITTED
@@ -164,7 +167,7 @@ def eval_whitted(scene: SceneData, surface: Surface, material: MaterialData, wo:
     s.kr = input_vec3(scene, surface, _REFLECTION)
     s.kt = input_vec3(scene, surface, _TRANSMISSION)
     is_closed = scene.meshes[surface.mesh].is_closed
-    s.eta = passage_eta(surface, is_closed, wo, input_float(scene, surface, _IOR))
+    s.eta = passage_eta(is_closed, side, input_float(scene, surface, _IOR))
     local = s.diffuse + s.specular
     s.has_local = wp.where(wp.max(local[0], wp.max(local[1], local[2])) > 0.0, 1, 0)
     return s
@@ -185,7 +188,7 @@ def preview_f0(diffuse: wp.vec3, specular: wp.vec3, metallic: float, ior: float,
 
 
 @wp.func
-def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3) -> Shading:
+def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3, side: float) -> Shading:
     """Return a UsdPreviewSurface at a surface point, its mirror and glass rays included.
 
     Kr is Schlick's Fresnel reflectance of base and clearcoat, each times ``mirror_share`` of its roughness;
@@ -229,7 +232,7 @@ def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo:
     s.has_local = 1
 
     is_closed = scene.meshes[surface.mesh].is_closed
-    s.eta = passage_eta(surface, is_closed, wo, ior)
+    s.eta = passage_eta(is_closed, side, ior)
     cos_o = wp.abs(wp.dot(s.n, wo))
     if s.eta > 1.0 and opacity < 1.0:
         # From inside, Schlick's formula takes the angle on the thin side; beyond the critical angle it gives F90.
@@ -245,12 +248,19 @@ def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo:
 
 
 @wp.func
-def eval_material(scene: SceneData, surface: Surface, wo: wp.vec3) -> Shading:
-    """Return the surface's material as seen from the unit direction ``wo``."""
+def eval_material(scene: SceneData, surface: Surface, wo: wp.vec3, leaked: int) -> Shading:
+    """Return the surface's material as seen from the unit direction ``wo``.
+
+    Entering or leaving is told by the side of the geometric normal that the ray is on; where the ray has ``leaked``
+    (that instance, or -1), it is on the wrong one.
+    """
+    side = wp.dot(surface.n_geometric, wo)
+    if leaked == surface.instance:
+        side = -side
     material = scene.materials[surface.material]
     if material.model == MODEL_WHITTED:
-        return eval_whitted(scene, surface, material, wo)
-    return eval_preview(scene, surface, material, wo)
+        return eval_whitted(scene, surface, material, wo, side)
+    return eval_preview(scene, surface, material, wo, side)
 
 
 @wp.func

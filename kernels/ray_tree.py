@@ -82,7 +82,31 @@ def is_kept(coefficient: wp.vec3, task: RayTask, render: RenderData, counts: wp.
 
 
 @wp.func
-def child_task(parent: RayTask, surface: Surface, direction: wp.vec3, coefficient: wp.vec3) -> RayTask:
+def leak(scene: SceneData, surface: Surface, shading: Shading, before: int, direction: wp.vec3, crosses: bool) -> int:
+    """Return the instance on the wrong side of whose surface a spawned ray starts; -1: none.
+
+    Interpolated normals near a silhouette can mirror a ray to the inside of a glass body, or refract one back out.
+    Such a ray is followed where it goes, but what it next does at this body must not depend on that accident: it has
+    entered or not as its parent's reflection or refraction says.
+
+    Args:
+        scene: Shading data.
+        surface: Where the ray starts.
+        shading: Its material.
+        before: The parent's leak.
+        direction: Of the ray.
+        crosses: Whether it means to go through the surface.
+    """
+    if scene.meshes[surface.mesh].is_closed == 0 or max_component(shading.kt) <= 0.0:
+        return before
+    has_crossed = wp.dot(surface.n_geometric, direction) * wp.dot(surface.n_geometric, shading.wo) < 0.0
+    if has_crossed == crosses:
+        return before
+    return wp.where(before == surface.instance, -1, surface.instance)
+
+
+@wp.func
+def child_task(parent: RayTask, surface: Surface, direction: wp.vec3, coefficient: wp.vec3, leaked: int) -> RayTask:
     """Return the task of a ray that is one level deeper."""
     child = RayTask()
     child.origin = spawn_origin(surface, direction)
@@ -91,11 +115,13 @@ def child_task(parent: RayTask, surface: Surface, direction: wp.vec3, coefficien
     child.weight = parent.weight * max_component(coefficient)
     child.depth = parent.depth + 1
     child.passes = parent.passes
+    child.leaked = leaked
     return child
 
 
 @wp.func
 def push_children(
+    scene: SceneData,
     tasks: wp.array[RayTask],
     top: int,
     task: RayTask,
@@ -119,11 +145,14 @@ def push_children(
             direction = task.direction
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
-            tasks[top] = child_task(task, surface, direction, kt)
+            leaked = leak(scene, surface, shading, task.leaked, direction, True)
+            tasks[top] = child_task(task, surface, direction, kt, leaked)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(kr, task, render, counts):
-        tasks[top] = child_task(task, surface, wp.normalize(reflect(task.direction, shading.n)), kr)
+        mirrored = wp.normalize(reflect(task.direction, shading.n))
+        leaked = leak(scene, surface, shading, task.leaked, mirrored, False)
+        tasks[top] = child_task(task, surface, mirrored, kr, leaked)
         top += 1
         count_reflection(counts, task.depth + 1)
     return top
@@ -165,6 +194,7 @@ def trace_tree(
     eye.coefficient = wp.vec3(1.0, 1.0, 1.0)
     eye.weight = 1.0
     eye.depth = 1
+    eye.leaked = -1
     tasks[0] = eye
     count(counts, PRIMARY)
     travelled = float(0.0)  # by the eye ray, over what it passed straight through
@@ -181,7 +211,7 @@ def trace_tree(
                 alpha += task.weight * behind_alpha
             continue
         surface = make_surface(scene, hit.instance, hit.triangle, hit.u, hit.v)
-        shading = eval_material(scene, surface, -task.direction)
+        shading = eval_material(scene, surface, -task.direction, task.leaked)
         if task.depth == 1:
             travelled += hit.t
             alpha += task.weight * shading.presence
@@ -205,7 +235,7 @@ def trace_tree(
             task.weight = task.weight * shading.presence
         local = local_illumination(scene, accel, render, stack, surface, shading, task.depth, counts)
         color += wp.cw_mul(task.coefficient, local)
-        top = push_children(tasks, top, task, surface, shading, render, counts)
+        top = push_children(scene, tasks, top, task, surface, shading, render, counts)
     return wp.vec4(color[0], color[1], color[2], alpha), first
 
 

@@ -48,7 +48,7 @@ def shadow_ray(
         if hit.instance < 0:
             return result
         crossed = make_surface(scene, hit.instance, hit.triangle, hit.u, hit.v)
-        shading = eval_material(scene, crossed, -direction)
+        shading = eval_material(scene, crossed, -direction, -1)
         kt = shading.kt * shading.presence
         if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
             kt = zero

@@ -231,6 +231,8 @@ class RayTask:
     depth: wp.int32
     passes: wp.int32
     """Straight alpha pass-throughs so far."""
+    leaked: wp.int32
+    """Instance of whose surface the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
 
 
 @wp.struct
