@@ -263,7 +263,7 @@ def _complexity_warning(args: argparse.Namespace) -> list[Diagnostic]:
     message = (
         f"complexity {args.complexity} is not supported yet: subdivision surfaces are drawn as their control cages"
     )
-    return [Diagnostic("W511", args.scene, message)]
+    return [Diagnostic("W520", args.scene, message)]
 
 
 def _spare_inputs(scene: Scene, outputs: Iterable[Path]) -> None:
