@@ -12,6 +12,7 @@ import warp as wp
 
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
+from warp_rt.kernels.bvh_structs import Stacks
 from warp_rt.kernels.query import query_any_hit, query_closest_hit
 from warp_rt.workers import Workers
 
@@ -172,13 +173,16 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
     workers = Workers(threads if is_cpu else 1)
     workers.count = min(workers.count, len(starts))
 
-    def record() -> wp.Launch:
+    def record() -> tuple[wp.Launch, Stacks]:
         # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
+        # It does not keep its arguments alive: the stacks go with it.
         stacks = make_stacks(accel, 1 if is_cpu else min(tile, rays.count))
         inputs = [accel.data, rays.origins, rays.directions, rays.t_max, stacks, 0]
-        return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True)
+        command = wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True)
+        return command, stacks
 
-    def run(start: int, command: wp.Launch) -> None:
+    def run(start: int, scratch: tuple[wp.Launch, Stacks]) -> None:
+        command, _ = scratch
         command.set_dim(min(tile, rays.count - start))
         command.set_param_at_index(5, start)
         command.launch()
