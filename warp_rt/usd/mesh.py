@@ -128,7 +128,8 @@ def drawable_polygons(
             BAD_TOPOLOGY, path, f"faceVertexCounts sum to {counts.sum()}, faceVertexIndices has {len(indices)} entries"
         )
     in_range = (indices >= 0) & (indices < len(is_usable))
-    at_point = in_range & is_usable[np.where(in_range, indices, 0)]
+    at_point = in_range.copy()
+    at_point[in_range] = is_usable[indices[in_range]]
     is_polygon = counts >= 3
     has_indices = is_complete & _holds_for_all(in_range, starts, ends)
     has_points = is_complete & _holds_for_all(at_point, starts, ends)
@@ -216,14 +217,13 @@ def _mix(words: np.ndarray) -> np.ndarray:
 
 def _read_arrays(schema: UsdGeom.Mesh, time: Usd.TimeCode, report: Report) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points [n, 3], face vertex counts and indices; of no length where one is absent or of a wrong type."""
-    points = vector_rows(schema.GetPointsAttr().Get(time), 3)
-    found: list[np.ndarray | None] = [points]
-    for attribute in (schema.GetFaceVertexCountsAttr(), schema.GetFaceVertexIndicesAttr()):
-        found.append(integers(attribute.Get(time)))
-    attributes = (schema.GetPointsAttr(), schema.GetFaceVertexCountsAttr(), schema.GetFaceVertexIndicesAttr())
-    for attribute, array in zip(attributes, found, strict=True):
-        if array is None and attribute.Get(time) is not None:
-            report.warn(BAD_TOPOLOGY, schema.GetPath(), f"{attribute.GetName()} has the type {attribute.GetTypeName()}")
+    found = []
+    for attribute in (schema.GetPointsAttr(), schema.GetFaceVertexCountsAttr(), schema.GetFaceVertexIndicesAttr()):
+        value = attribute.Get(time)
+        array = integers(value) if found else vector_rows(value, 3)
+        if array is None and value is not None:
+            report.warn(BAD_TOPOLOGY, schema.GetPath(), f"{attribute.GetName()} holds a {type(value).__name__}")
+        found.append(array)
     points, counts, indices = found
     return (
         np.zeros((0, 3), np.float32) if points is None else points,

@@ -91,7 +91,7 @@ def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
     """
     q = quaternions.astype(np.float64)
     norm = np.linalg.norm(q, axis=1, keepdims=True)
-    q = np.where(norm > 0, q / np.where(norm > 0, norm, 1), [0.0, 0.0, 0.0, 1.0])
+    q = np.where(norm == 0, [0.0, 0.0, 0.0, 1.0], q / np.where(norm == 0, 1, norm))
     vector, real = q[:, :3], q[:, 3]
     cross = np.zeros((len(q), 3, 3))
     cross[:, [2, 0, 1], [1, 2, 0]] = vector
@@ -105,19 +105,20 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
     path = schema.GetPath()
     positions = vector_rows(schema.GetPositionsAttr().Get(time), 3)
     found = 0 if positions is None else len(positions)
-    if found != count or positions is None:
-        report.warn(BAD_ARRAY, path, f"instancer left out: {found} positions for {count} protoIndices")
+    if positions is None or found != count:
+        if found or count:
+            report.warn(BAD_ARRAY, path, f"instancer left out: {found} positions for {count} protoIndices")
         return None
     matrices = np.tile(np.eye(4), (count, 1, 1))
     matrices[:, :3, 3] = positions
-    orientations = schema.GetOrientationsfAttr().Get(time)
-    orientations = orientations or schema.GetOrientationsAttr().Get(time)
+    orientations = schema.GetOrientationsfAttr().Get(time) or schema.GetOrientationsAttr().Get(time)
     for name, value, width in (("orientations", orientations, 4), ("scales", schema.GetScalesAttr().Get(time), 3)):
-        if value is None or not len(value):
-            continue
         rows = vector_rows(value, width)
+        if value is None or (rows is not None and not len(rows)):
+            continue
         if rows is None or len(rows) != count:
-            report.warn(BAD_ARRAY, path, f"{name} left out: {len(value)} of them for {count} protoIndices")
+            held = type(value).__name__ if rows is None else len(rows)
+            report.warn(BAD_ARRAY, path, f"{name} left out: {held} for {count} protoIndices")
         elif width == 4:
             matrices[:, :3, :3] = rotation_matrices(rows)
         else:

@@ -135,8 +135,6 @@ def lay_out(
     if indices is not None and (indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(values)):
         report.warn(BAD_INDEX, prim, f"{name} left out: an index is outside 0..{len(values) - 1}")
         return None
-    if not expected:
-        return None
     elements = layout.elements(interpolation)
     if indices is None:
         return Primvar(values[:1] if elements is None else values, elements)
@@ -212,16 +210,18 @@ def rows_by_instance(
 
 
 def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.ndarray | None:
-    """Return finite rows, or None where the primvar is blocked or, with a diagnostic, of an unusable type."""
+    """Return finite rows, or None where the primvar is blocked, empty or, with a diagnostic, of an unusable type."""
     value = primvar.Get(time)
     if value is None:
         return None
     if not primvar.GetTypeName().isArray:
-        value = [value]
+        value = np.asarray(value)[None]
+    elif not len(value):
+        return None
     values = float_rows(value)
     prim = primvar.GetAttr().GetPrim().GetPath()
     width = _WIDTHS.get(primvar.GetPrimvarName())
-    if values is None or (width and len(values) and values.shape[1] != width):
+    if values is None or (width and values.shape[1] != width):
         report.warn(WRONG_TYPE, prim, f"{primvar.GetName()} left out: its type {primvar.GetTypeName()} does not fit")
         return None
     is_bad = ~np.isfinite(values).all(axis=1)

@@ -34,6 +34,8 @@ _COMPOSITION_CODES = {
     "ErrorArcCycle": CYCLE,
     "ErrorSublayerCycle": CYCLE,
 }
+# What differs between warnings that say the same of several prims.
+_PARTICULARS = re.compile(r"<[^<>]*>|\(/[^()]*\)|'[^']*'|\d+")
 _MAX_TEXT = 300
 _FALLBACK_METERS_PER_UNIT = 0.01
 
@@ -72,8 +74,8 @@ def captured_warnings(report: Report) -> Iterator[None]:
             trap.Clear()
     found = []
     for text in sorted(set(texts)):
-        path = re.search(r"<(/[^<>]*)>", text)
-        found.append((USD_WARNING, path.group(1) if path else "USD", text, re.sub(r"<[^<>]*>|'[^']*'|\d+", "", text)))
+        path = re.search(r"[<(](/[^<>()]*)[>)]", text)
+        found.append((USD_WARNING, path.group(1) if path else "USD", text, _PARTICULARS.sub("", text)))
     _report_once(found, report)
 
 

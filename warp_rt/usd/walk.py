@@ -39,8 +39,9 @@ MAX_NESTING = 64  # of instances within instances
 
 _SHOWN = Usd.TraverseInstanceProxies()
 _IDENTITY = Gf.Matrix4d(1)
-# A prototype may be a class, which is never drawn by itself.
-_SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & Usd.PrimIsLoaded)
+# A prototype may be a class or stand below an over, neither of which is drawn by itself.
+_SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier & Usd.PrimIsLoaded)
+_NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class StageWalk:
                 return None
             self._add_point_instances(prim, self._below(prim, here), builder)
             return None  # prototypes are often its children, and are not drawn by themselves
-        elif traits.is_boundable and is_shown and kind != "SkelRoot" and not is_light(prim):
+        elif traits.is_boundable and is_shown and kind not in _NOT_GEOMETRY and not is_light(prim):
             self._report.warn(UNSUPPORTED, prim.GetPath(), f"{kind} is not supported yet: left out")
         here = self._below(prim, here)
         if prim.IsInstance():
@@ -320,7 +321,7 @@ class StageWalk:
     def _prototype_group(self, instancer: Usd.Prim, path: Sdf.Path, context: Context) -> Group | None:
         """Return the group of a PointInstancer's prototype, its root's own transform included."""
         prototype = self._stage.GetPrimAtPath(path)
-        if not prototype or not prototype.IsDefined() or not prototype.IsActive():
+        if not prototype or not prototype.IsActive():
             self._report.warn(BAD_PROTOTYPE, instancer.GetPath(), f"the prototype {path} is no prim that can be drawn")
             return None
         if path in self._open_prototypes:
