@@ -18,10 +18,11 @@ import numpy as np
 from make_teapot import tessellate
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 
-DOCUMENTATION = """The ray tracing lecture's test scene: the Utah teapot and a glass ball on a checkered floor in front of
-a tilted mirror. What must be seen: at depth 1 mirror and teapot in their ambient shade alone; from depth 2 on the scene
-in the mirror and the floor in the teapot; then the teapot's reflection in the mirror with the mirror's reflection in
-it, one level deeper at each depth. The ball shows the scene upside down. Written by make_mirror_teapot.py."""
+DOCUMENTATION = """The ray tracing lecture's test scene: the Utah teapot and a glass ball on a checkered floor in front
+of a tilted mirror. What must be seen: at depth 1 mirror and teapot in their ambient shade alone; from depth 2 on the
+scene in the mirror and the floor in the teapot; then the teapot's reflection in the mirror with the mirror's
+reflection in it, one level deeper at each depth. The ball shows the scene upside down. Written by
+make_mirror_teapot.py."""
 
 TILE_COUNT = 24
 TILE_SIZE = 1.0
@@ -46,11 +47,11 @@ MATERIALS = {
     ),
     "Lacquer": (
         {
-            "ambient": (0.30, 0.018, 0.010),
+            "ambient": (0.34, 0.018, 0.010),
             "diffuse": (0.0, 0.0, 0.0),
             "specular": (0.7, 0.7, 0.7),
             "shininess": 120.0,
-            "reflection": (0.40, 0.36, 0.36),
+            "reflection": (0.34, 0.30, 0.30),
         },
         {"diffuseColor": (0.40, 0.03, 0.02), "clearcoat": 1.0, "roughness": 0.3},
     ),
