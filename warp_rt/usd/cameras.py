@@ -57,10 +57,11 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
 
 
 def _positive(prim: Usd.Prim, name: str, time: Usd.TimeCode, default: float, report: Report) -> float:
-    value = read_float(prim, name, time, default)
-    if value > 0:
-        return value
-    report.warn(INVALID_CAMERA, prim.GetPath(), f"{name} is {value:g}, not above 0; {default:g} is used")
+    value = read_value(prim, name, time)
+    found = numbers(value)
+    if found is not None and found[0] > 0:
+        return found[0]
+    report.warn(INVALID_CAMERA, prim.GetPath(), f"{name} is {value}, no length above 0; {default:g} is used")
     return default
 
 

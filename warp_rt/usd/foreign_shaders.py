@@ -27,10 +27,10 @@ class Term:
     """Whether one minus the input is meant: transmission as opacity. Such inputs are read only where constant."""
 
 
-def _standard_surface(base: float) -> dict[str, Term]:
-    """Autodesk Standard Surface (Georgiev et al. 2019); MaterialX and Arnold differ in the weight of the base."""
+def _standard_surface(base: float, color: float) -> dict[str, Term]:
+    """Autodesk Standard Surface (Georgiev et al. 2019); which factor of the base is 0.8 depends on the version."""
     return {
-        "diffuseColor": Term("base_color", (0.8, 0.8, 0.8), "base", base),
+        "diffuseColor": Term("base_color", (color, color, color), "base", base),
         "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 0.0),
         "metallic": Term("metalness", 0.0),
         "roughness": Term("specular_roughness", 0.2),
@@ -41,13 +41,32 @@ def _standard_surface(base: float) -> dict[str, Term]:
     }
 
 
+def _diffuse(name: str, default: float, weight: str = "", weight_default: float = 1.0) -> dict[str, Term]:
+    """A matte surface, or what is left of one: no reflection at all."""
+    return {
+        "diffuseColor": Term(name, (default, default, default), weight, weight_default),
+        "roughness": Term("", 1.0),
+        "ior": Term("", 1.0),
+    }
+
+
+def _disney(base: float, roughness: float) -> dict[str, Term]:
+    """Burley's principled model (Disney 2012)."""
+    return {
+        "diffuseColor": Term("baseColor", (base, base, base)),
+        "metallic": Term("metallic", 0.0),
+        "roughness": Term("roughness", roughness),
+        "clearcoat": Term("clearcoat", 0.0),
+    }
+
+
 _PREVIEW_SURFACES = frozenset({"UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader"})
 
 _FOREIGN: Mapping[str, Mapping[str, Term]] = {
-    "ND_standard_surface_surfaceshader": _standard_surface(1.0),
-    "ND_standard_surface_surfaceshader_100": _standard_surface(0.8),
-    "standard_surface": _standard_surface(0.8),
-    "arnold:standard_surface": _standard_surface(0.8),
+    "ND_standard_surface_surfaceshader": _standard_surface(1.0, 0.8),
+    "ND_standard_surface_surfaceshader_100": _standard_surface(0.8, 1.0),
+    "standard_surface": _standard_surface(0.8, 1.0),
+    "arnold:standard_surface": _standard_surface(0.8, 1.0),
     "ND_open_pbr_surface_surfaceshader": {
         "diffuseColor": Term("base_color", (0.8, 0.8, 0.8), "base_weight", 1.0),
         "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission_luminance", 0.0),
@@ -74,31 +93,19 @@ _FOREIGN: Mapping[str, Mapping[str, Term]] = {
         "roughness": Term("", 1.0),
         "ior": Term("", 1.0),
     },
-    "arnold:lambert": {
-        "diffuseColor": Term("Kd_color", (1.0, 1.0, 1.0), "Kd", 0.8),
-        "roughness": Term("", 1.0),
-        "ior": Term("", 1.0),
-    },
-    "mitsuba_diffuse": {
-        "diffuseColor": Term("reflectance", (0.5, 0.5, 0.5)),
-        "roughness": Term("", 1.0),
-        "ior": Term("", 1.0),
-    },
+    "arnold:lambert": _diffuse("Kd_color", 1.0, "Kd", 0.8),
+    "mitsuba_diffuse": _diffuse("reflectance", 0.5),
+    "MayaND_lambert_surfaceshader": _diffuse("color", 0.5, "diffuse", 0.8),
+    "MayaND_blinn_surfaceshader": _diffuse("color", 0.5, "diffuse", 0.8),
+    "MayaND_phong_surfaceshader": _diffuse("color", 0.5, "diffuse", 0.8),
+    "PxrDiffuse": _diffuse("diffuseColor", 0.5),
+    "PxrSurface": _diffuse("diffuseColor", 0.18, "diffuseGain", 1.0),
+    "PxrDisney": _disney(0.5, 0.25),
+    "ND_disney_principled": _disney(0.16, 0.5),
     "mitsuba_principled": {
         "diffuseColor": Term("base_color", (0.5, 0.5, 0.5)),
         "metallic": Term("metallic", 0.0),
         "roughness": Term("roughness", 0.5),
-        "clearcoat": Term("clearcoat", 0.0),
-    },
-    "PxrDiffuse": {
-        "diffuseColor": Term("diffuseColor", (0.5, 0.5, 0.5)),
-        "roughness": Term("", 1.0),
-        "ior": Term("", 1.0),
-    },
-    "PxrDisney": {
-        "diffuseColor": Term("baseColor", (0.5, 0.5, 0.5)),
-        "metallic": Term("metallic", 0.0),
-        "roughness": Term("roughness", 0.25),
         "clearcoat": Term("clearcoat", 0.0),
     },
 }

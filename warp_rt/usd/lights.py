@@ -32,6 +32,7 @@ UNEVEN_SCALE = "W408"
 INVALID_LIGHT = "W409"
 IGNORED_PORTALS = "W410"
 DOME_LAYOUT = "W411"
+POINT_WITHOUT_AREA = "W412"
 
 _KINDS = {
     "SphereLight": LightKind.SPHERE,
@@ -132,9 +133,11 @@ def _read_shape(
     if kind == LightKind.SPHERE and read_bool(prim, "treatAsPoint", time, False):
         kind = LightKind.POINT
         has_falloff = read_token(prim, "warp_rt:falloff", time, "inverseSquare") != "none"
-        if radius == 0 and is_normalized and has_falloff:
+        if radius == 0 and has_falloff:
             # A normalised point sends out a quarter of its intensity in every direction, whatever its radius is.
-            radius = 1.0
+            if not is_normalized:
+                report.warn(POINT_WITHOUT_AREA, path, "a point of radius 0 sends out nothing; read as if normalised")
+            radius, is_normalized = 1.0, True
     if kind in (LightKind.SPHERE, LightKind.POINT, LightKind.CYLINDER):
         matrix = _rounded(matrix, kind, path, report)
     if not has_falloff:

@@ -39,7 +39,8 @@ _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 _READER = re.compile(r"(?:ND_)?(?:UsdPrimvarReader|geompropvalue)_([a-z]+)(\d?)")
 # Components of readers whose name does not end with the number; the kinds left out give no colour.
 _READER_SIZES = {"float": 1, "int": 1, "integer": 1, "color": 3, "vector": 3, "normal": 3, "point": 3}
-_MAX_TRANSFORMS = 64  # UsdTransform2d nodes in a row; what goes on after that many is a cycle
+_PASSING_ON = re.compile(r"ND_(convert|dot)_")  # nodes that give what comes in, at most in another type
+_MAX_CHAIN = 64  # UsdTransform2d or such nodes in a row; what goes on after that many is a cycle
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,11 @@ class InputReader:
             None where nothing is said, so that the specification's default holds.
         """
         source = find_source(port, self._report)
+        for _ in range(_MAX_CHAIN):
+            if not isinstance(source, Node) or not _PASSING_ON.match(source.id):
+                break
+            port = source.shader.GetInput("in")
+            source = find_source(port, self._report) if port else None
         if source is None:
             return None
         if isinstance(source, Node):
@@ -230,7 +236,7 @@ class InputReader:
     def _coordinates(self, port: UsdShade.Input, shader: UsdShade.Shader) -> Coordinates:
         """Return where an ``st`` input leads to, through any UsdTransform2d nodes."""
         transform = np.eye(3)
-        for _ in range(_MAX_TRANSFORMS):
+        for _ in range(_MAX_CHAIN):
             source = find_source(port, self._report) if port else None
             if not isinstance(source, Node):
                 constant = numbers(source.Get(self._time)) if source else None

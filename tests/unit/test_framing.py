@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The framing camera against usdrecord's arithmetic, and the headlight."""
+
+import math
+
+import numpy as np
+import pytest
+
+from warp_rt.framing import frame_scene
+from warp_rt.headlight import headlight
+from warp_rt.scene import Camera, LightKind, Scene
+
+TANGENT = 20.955 / 2 / 50  # of half the horizontal field of view of GfCamera
+FACES = [[0, 1, 2]]
+
+
+def _scene(low, high, up_axis="Y"):
+    """Return a scene whose bounds are low and high."""
+    low, high = np.array(low, float), np.array(high, float)
+    scene = Scene.from_arrays([low, high, (low + high) / 2], FACES)
+    return Scene(scene.meshes, scene.instances, up_axis=up_axis)
+
+
+def test_cube_is_seen_from_usdrecords_distance():
+    camera = frame_scene(_scene([-1, -1, -1], [1, 1, 1]))
+    # 7.7488: what usdrecord prints for this cube
+    np.testing.assert_allclose(camera.world_from_camera[:3, 3], [0, 0, 7.7488], atol=5e-5)
+    np.testing.assert_array_equal(camera.world_from_camera[:3, :3], np.eye(3))
+    assert camera.window == pytest.approx((-TANGENT, TANGENT, -0.152908, 0.152908))
+    assert camera.is_perspective
+    assert camera.clipping_range == (0, math.inf)
+
+
+def test_z_up_is_seen_along_plus_y():
+    camera = frame_scene(_scene([0, 0, 0], [2, 4, 6], "Z"))
+    distance = math.hypot(1, 3) / TANGENT + 2
+    np.testing.assert_allclose(camera.world_from_camera[:3, 3], [1, 2 - distance, 3], rtol=1e-12)
+    right, up, back = camera.world_from_camera[:3, :3].T
+    np.testing.assert_array_equal([right, up, back], [[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def test_a_camera_nearer_than_the_near_plane_steps_back_by_it():
+    half = 0.005
+    camera = frame_scene(_scene([-half] * 3, [half] * 3))
+    distance = math.hypot(half, half) / TANGENT + half + 1
+    assert camera.world_from_camera[2, 3] == pytest.approx(distance)
+
+
+@pytest.mark.parametrize(("aspect", "width", "height"), [(2, 2 * 0.152908, 0.152908), (0.5, TANGENT, 2 * TANGENT)])
+def test_window_grows_to_the_images_aspect(aspect, width, height):
+    camera = frame_scene(_scene([-1, -1, -1], [1, 1, 1]), aspect=aspect)
+    assert camera.window == pytest.approx((-width, width, -height, height))
+
+
+@pytest.mark.parametrize("up_axis", ["Y", "Z"])
+def test_every_corner_of_the_box_is_in_a_wide_picture(up_axis):
+    low, high = np.array([1.0, 2, 3]), np.array([5.0, 4, 4])
+    camera = frame_scene(_scene(low, high, up_axis), aspect=1)
+    corners = np.array([[x, y, z, 1] for x in (1, 5) for y in (2, 4) for z in (3, 4)], float)
+    local = corners @ np.linalg.inv(camera.world_from_camera).T
+    projected = local[:, :2] / -local[:, 2:3]
+    assert (local[:, 2] < 0).all()
+    assert (np.abs(projected) <= [camera.window[1], camera.window[3]]).all()
+
+
+@pytest.mark.parametrize(("up_axis", "high", "view"), [("Y", [4, 0, 4], [0, -1, 0]), ("Z", [4, 4, 0], [0, 0, -1])])
+def test_a_floor_is_looked_at_from_above(up_axis, high, view):
+    camera = frame_scene(_scene([0, 0, 0], high, up_axis))
+    np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], view)
+    assert np.linalg.det(camera.world_from_camera[:3, :3]) == pytest.approx(1)
+    np.testing.assert_array_equal(camera.world_from_camera[:3, 0], [1, 0, 0])
+
+
+def test_a_wall_is_looked_at_from_the_front():
+    camera = frame_scene(_scene([-1, -1, 0], [1, 1, 0]))
+    np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], [0, 0, -1])
+
+
+def test_scenes_without_extent_have_a_camera():
+    empty = Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
+    camera = frame_scene(empty)
+    np.testing.assert_allclose(camera.world_from_camera[:3, 3], [0, 0, 7.7488], atol=5e-5)
+    point = frame_scene(_scene([3, 4, 5], [3, 4, 5]))
+    np.testing.assert_array_equal(point.world_from_camera[:3, 3], [3, 4, 6])
+
+
+@pytest.mark.parametrize("view", [[0, 0, -1], [0, -1, 0], [1, 0, 0], [1, -2, 3]])
+def test_headlight_shines_along_the_view(view):
+    direction = np.array(view, float) / np.linalg.norm(view)
+    back = -direction
+    right = np.cross([0.3, 0.5, 0.7], back)
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.column_stack([right * 2, np.cross(back, right) * 3, back * 5])
+    matrix[:3, 3] = 7, 8, 9
+    light = headlight(Camera("/c", matrix, (-1, 1, -1, 1)))
+    np.testing.assert_allclose(-light.world_from_light[:3, 2], direction, atol=1e-12)
+    np.testing.assert_allclose(light.world_from_light[:3, :3].T @ light.world_from_light[:3, :3], np.eye(3), atol=1e-12)
+
+
+def test_white_facing_the_headlight_has_value_one():
+    light = headlight(Camera("/c", np.eye(4), (-1, 1, -1, 1)))
+    assert (light.kind, light.angle, light.casts_shadow) == (LightKind.DISTANT, 0, False)
+    assert np.array(light.radiance) / math.pi == pytest.approx([1, 1, 1])

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""UsdGeomCamera against OpenUSD's own frustum, and the schema's rules."""
+
+import math
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.usd.cameras import read_camera
+
+TIME = Usd.TimeCode.Default()
+
+
+def _read(body="", matrix=None):
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Camera "C" {{\n{body}\n}}')
+    prim, report = stage.GetPrimAtPath("/C"), Report()
+    camera = read_camera(prim, np.eye(4) if matrix is None else matrix, TIME, report)
+    window = UsdGeom.Camera(prim).GetCamera(TIME).frustum.window
+    return camera, [d.code for d in report], (window.min[0], window.max[0], window.min[1], window.max[1])
+
+
+WINDOWS = [
+    "",
+    "float focalLength = 35\nfloat horizontalAperture = 36\nfloat verticalAperture = 24",
+    "float horizontalApertureOffset = 3\nfloat verticalApertureOffset = -2",
+    'token projection = "orthographic"\nfloat horizontalAperture = 40\nfloat verticalAperture = 20',
+    'token projection = "orthographic"\nfloat horizontalApertureOffset = 5\nfloat verticalApertureOffset = 1',
+    "float focalLength = 0.5\nfloat horizontalAperture = 0.36\nfloat verticalAperture = 0.28125",
+]
+
+
+@pytest.mark.parametrize("body", WINDOWS)
+def test_window_is_that_of_openusds_frustum(body):
+    camera, codes, expected = _read(body)
+    assert camera.window == pytest.approx(expected, rel=1e-6)
+    assert camera.is_perspective == ("orthographic" not in body)
+    assert (camera.path, codes) == ("/C", [])
+
+
+def test_apertures_are_tenths_of_a_scene_unit():
+    camera, _, _ = _read('token projection = "orthographic"\nfloat horizontalAperture = 40')
+    assert camera.window[1] - camera.window[0] == pytest.approx(4)
+
+
+def test_transform_keeps_scale_and_shear():
+    matrix = np.array([[2.0, 1, 0, 5], [0, 3, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]])
+    np.testing.assert_array_equal(_read(matrix=matrix)[0].world_from_camera, matrix)
+
+
+def test_singular_transform_keeps_its_translation():
+    matrix = np.diag([1.0, 0, 1, 1])
+    matrix[:3, 3] = 4, 5, 6
+    camera, codes, _ = _read(matrix=matrix)
+    np.testing.assert_array_equal(camera.world_from_camera[:, 3], [4, 5, 6, 1])
+    np.testing.assert_array_equal(camera.world_from_camera[:3, :3], np.eye(3))
+    assert codes == ["W424"]
+
+
+def test_clipping_range_counts_where_authored():
+    assert _read()[0].clipping_range == (0, math.inf)
+    assert _read("float2 clippingRange = (0.5, 20)")[0].clipping_range == (0.5, 20)
+    assert _read("float2 clippingRange = (-3, 20)")[0].clipping_range == (0, 20)
+    orthographic = 'token projection = "orthographic"\nfloat2 clippingRange = (-3, 20)'
+    assert _read(orthographic)[0].clipping_range == (-3, 20)
+    camera, codes, _ = _read("float2 clippingRange = (5, 5)")
+    assert (camera.clipping_range, codes) == ((0, math.inf), ["W424"])
+
+
+def test_exposure_scale():
+    # time * iso / 100 * responsivity * 2^exposure / fStop^2, with exposure:fStop
+    body = (
+        "float exposure = 3\nfloat exposure:time = 0.5\nfloat exposure:iso = 200\nfloat exposure:responsivity = 3\n"
+        "float exposure:fStop = 2"
+    )
+    assert _read(body)[0].exposure_scale == pytest.approx(0.5 * 2 * 3 * 8 / 4)
+    assert _read()[0].exposure_scale == 1
+
+
+@pytest.mark.parametrize("name", ["focalLength", "horizontalAperture", "verticalAperture"])
+def test_lengths_that_make_no_sense_are_replaced_by_the_schemas(name):
+    for value in ("0", "-5", "inf"):
+        camera, codes, _ = _read(f"float {name} = {value}")
+        assert camera.window == pytest.approx(_read()[0].window, rel=1e-6)
+        assert codes == ["W424"]
+
+
+def test_what_is_ignored_is_named():
+    assert _read("float fStop = 2.8\nfloat focusDistance = 5")[1] == ["W421"]
+    assert _read("float fStop = 2.8")[1] == ["W421"]
+    assert _read("float4[] clippingPlanes = [(1, 0, 0, 0)]")[1] == ["W422"]
+    assert _read("double shutter:open = -0.25\ndouble shutter:close = 0.25")[1] == ["W423"]
+    assert _read("double shutter:open = 0.25\ndouble shutter:close = 0.25\nfloat fStop = 0")[1] == []

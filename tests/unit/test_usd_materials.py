@@ -1,0 +1,416 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Bindings and surfaces: which material a prim has, and which inputs the surface says."""
+
+import numpy as np
+import pytest
+from PIL import Image as PilImage
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import Input, MaterialModel, OpacityMode
+from warp_rt.usd.materials import DISPLAY_COLOR_MATERIAL, MaterialReader
+from warp_rt.usd.shading_network import Node, find_source
+
+TIME = Usd.TimeCode.Default()
+
+
+def _stage(body):
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString("#usda 1.0\n" + body)
+    return stage
+
+
+def _material(shader, outputs="token outputs:surface.connect = </M/S.outputs:surface>", more=""):
+    """Return the source of /Mesh bound to /M with the shader /M/S."""
+    return f"""
+def Mesh "Mesh" (apiSchemas = ["MaterialBindingAPI"]) {{
+    rel material:binding = </M>
+}}
+def Material "M" {{
+    {outputs}
+    def Shader "S" {{
+        {shader}
+        token outputs:surface
+    }}
+    {more}
+}}
+"""
+
+
+def _read(body, path="/Mesh", **options):
+    """Return the material bound to a prim, the reader, and the diagnostics' codes."""
+    stage = _stage(body)
+    report = Report()
+    reader = MaterialReader(stage, TIME, report)
+    row = reader.bind(stage.GetPrimAtPath(path), **options)
+    return reader.materials[row], reader, [d.code for d in report]
+
+
+def _value(material, name):
+    return material.inputs[name].value
+
+
+# --- models
+
+
+def test_whitted_surface():
+    shader = """uniform token info:id = "WhittedSurface"
+        color3f inputs:ambient = (0.1, 0.2, 0.3)
+        color3f inputs:diffuse = (0.4, 0.5, 0.6)
+        color3f inputs:specular = (0.7, 0.8, 0.9)
+        float inputs:shininess = 80
+        color3f inputs:reflection = (0.25, 0.5, 0.75)
+        color3f inputs:transmission = (1, 0, 0.5)
+        float inputs:ior = 1.25"""
+    outputs = "token outputs:warp_rt:surface.connect = </M/S.outputs:surface>"
+    material, _, codes = _read(_material(shader, outputs))
+    assert (material.path, material.model, codes) == ("/M", MaterialModel.WHITTED, [])
+    assert _value(material, "ambient") == pytest.approx((0.1, 0.2, 0.3, 0))
+    assert _value(material, "diffuse") == pytest.approx((0.4, 0.5, 0.6, 0))
+    assert _value(material, "specular") == pytest.approx((0.7, 0.8, 0.9, 0))
+    assert _value(material, "reflection") == (0.25, 0.5, 0.75, 0)
+    assert _value(material, "transmission") == (1, 0, 0.5, 0)
+    assert (_value(material, "shininess")[0], _value(material, "ior")[0]) == (80, 1.25)
+
+
+def test_inputs_that_say_nothing_are_absent():
+    material, _, _ = _read(_material('uniform token info:id = "UsdPreviewSurface"\ncolor3f inputs:diffuseColor'))
+    assert (material.model, dict(material.inputs)) == (MaterialModel.PREVIEW, {})
+    assert not material.use_specular_workflow
+    assert material.opacity_mode == OpacityMode.TRANSPARENT
+    assert material.opacity_threshold == 0
+
+
+@pytest.mark.parametrize("identifier", ["UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader"])
+def test_preview_surface(identifier):
+    shader = f'''uniform token info:id = "{identifier}"
+        int inputs:useSpecularWorkflow = 1
+        token inputs:opacityMode = "presence"
+        float inputs:opacityThreshold = 0.5
+        color3f inputs:diffuseColor = (1, 0.5, 0.25)
+        float inputs:roughness = 0.125
+        normal3f inputs:normal = (0, 0, 1)'''
+    material, _, codes = _read(_material(shader))
+    assert (material.model, codes) == (MaterialModel.PREVIEW, [])
+    assert material.use_specular_workflow
+    assert (material.opacity_mode, material.opacity_threshold) == (OpacityMode.PRESENCE, 0.5)
+    assert _value(material, "diffuseColor") == (1, 0.5, 0.25, 0)
+    assert _value(material, "roughness")[0] == 0.125
+    assert _value(material, "normal") == (0, 0, 1, 0)
+
+
+# --- which surface
+
+
+def _two_surfaces(first, second):
+    return _material(
+        'uniform token info:id = "UsdPreviewSurface"',
+        f"token outputs:{first}.connect = </M/S.outputs:surface>\n"
+        f"token outputs:{second}.connect = </M/T.outputs:surface>",
+        'def Shader "T" {\nuniform token info:id = "WhittedSurface"\ntoken outputs:surface\n}',
+    )
+
+
+def test_our_own_output_comes_before_the_universal_one():
+    assert _read(_two_surfaces("surface", "warp_rt:surface"))[0].model == MaterialModel.WHITTED
+    assert _read(_two_surfaces("warp_rt:surface", "surface"))[0].model == MaterialModel.PREVIEW
+
+
+def test_the_universal_output_comes_before_another_renderers():
+    assert _read(_two_surfaces("surface", "mtlx:surface"))[0].model == MaterialModel.PREVIEW
+
+
+def test_another_renderers_output_counts_where_there_is_no_other():
+    outputs = "token outputs:mtlx:surface.connect = </M/S.outputs:surface>"
+    material, _, codes = _read(_material('uniform token info:id = "UsdPreviewSurface"', outputs))
+    assert (material.path, codes) == ("/M", [])
+
+
+def test_a_known_surface_comes_before_one_that_would_be_approximated():
+    body = _material(
+        'uniform token info:id = "ND_standard_surface_surfaceshader"',
+        "token outputs:surface.connect = </M/S.outputs:surface>\n"
+        "token outputs:glslfx:surface.connect = </M/T.outputs:surface>",
+        'def Shader "T" {\nuniform token info:id = "UsdPreviewSurface"\n'
+        "float inputs:roughness = 1\ntoken outputs:surface\n}",
+    )
+    material, _, codes = _read(body)
+    assert (list(material.inputs), codes) == (["roughness"], [])
+
+
+def test_surfaces_that_nobody_knows_show_display_color():
+    for shader in ('uniform token info:id = "totally_unknown"', ""):
+        material, _, codes = _read(_material(shader))
+        assert (material.path, codes) == (DISPLAY_COLOR_MATERIAL, ["W301"])
+    assert _read(_material("", outputs=""))[2] == ["W307"]
+
+
+def test_source_code_is_named_by_its_file():
+    shader = (
+        'uniform token info:implementationSource = "sourceAsset"\nuniform asset info:mdl:sourceAsset = @OmniPBR.mdl@'
+    )
+    stage = _stage(_material(shader))
+    report = Report()
+    MaterialReader(stage, TIME, report).bind(stage.GetPrimAtPath("/Mesh"))
+    (diagnostic,) = report
+    assert diagnostic.prim == "/M/S"
+    assert "mdl:OmniPBR.mdl" in diagnostic.message
+
+
+def test_standard_surface_is_told_as_a_preview_surface():
+    shader = """uniform token info:id = "ND_standard_surface_surfaceshader"
+        float inputs:base = 0.5
+        color3f inputs:base_color = (1, 0.5, 0)
+        float inputs:metalness = 1
+        float inputs:transmission = 0.75
+        float inputs:emission = 2
+        color3f inputs:emission_color = (1, 2, 3)"""
+    material, _, codes = _read(_material(shader))
+    assert (material.model, codes) == (MaterialModel.PREVIEW, ["W302"])
+    assert _value(material, "diffuseColor") == (0.5, 0.25, 0, 0)
+    assert _value(material, "emissiveColor") == (2, 4, 6, 0)
+    assert _value(material, "metallic")[0] == 1
+    assert _value(material, "roughness")[0] == pytest.approx(0.2)
+    assert _value(material, "opacity")[0] == 0.25
+
+
+def test_weight_of_a_texture_goes_into_its_scale():
+    shader = """uniform token info:id = "ND_standard_surface_surfaceshader"
+        float inputs:base = 0.5
+        color3f inputs:base_color.connect = </M/T.outputs:out>"""
+    more = """def Shader "T" {
+        uniform token info:id = "ND_image_color3"
+        color3f inputs:default = (1, 0.5, 0)
+        color3f outputs:out
+    }"""
+    material, reader, codes = _read(_material(shader, more=more))
+    texture = reader.textures[material.inputs["diffuseColor"].texture]
+    assert texture.scale == (0.5, 0.5, 0.5, 0.5)
+    assert texture.fallback[:3] == (0.5, 0.25, 0)
+    assert codes == ["W302", "W201"]
+
+
+# --- bindings
+
+
+def test_unbound_prims_share_one_display_color_material():
+    stage = _stage('def Mesh "A" {}\ndef Sphere "B" {}')
+    report = Report()
+    reader = MaterialReader(stage, TIME, report)
+    assert reader.bind(stage.GetPrimAtPath("/A")) == reader.bind(stage.GetPrimAtPath("/B")) == 0
+    (material,) = reader.materials
+    assert material.inputs["diffuseColor"] == Input((0.5, 0.5, 0.5, 0), primvar="displayColor")
+    assert material.inputs["opacity"] == Input((1, 0, 0, 0), primvar="displayOpacity", channel=0)
+    assert material.opacity_mode == OpacityMode.PRESENCE
+    assert len(report) == 0
+
+
+def test_a_material_is_read_once():
+    stage = _stage(
+        _material('uniform token info:id = "UsdPreviewSurface"')
+        + 'def Cube "C" (apiSchemas = ["MaterialBindingAPI"]) {\nrel material:binding = </M>\n}'
+    )
+    reader = MaterialReader(stage, TIME, Report())
+    assert reader.bind(stage.GetPrimAtPath("/Mesh")) == reader.bind(stage.GetPrimAtPath("/C"))
+    assert len(reader.materials) == 1
+
+
+BINDINGS = """
+def Xform "Parent" (apiSchemas = ["MaterialBindingAPI", "CollectionAPI:picked"]) {
+    rel material:binding = </A> (bindMaterialAs = "%s")
+    rel material:binding:collection:pick = [</Parent.collection:picked>, </C>]
+    rel collection:picked:includes = </Parent/Picked>
+    def Mesh "Inherits" {}
+    def Mesh "Picked" {}
+    def Mesh "Own" (apiSchemas = ["MaterialBindingAPI"]) {
+        rel material:binding = </B>
+        rel material:binding:full = </Full>
+        def GeomSubset "faces" (apiSchemas = ["MaterialBindingAPI"]) {
+            rel material:binding = </C>
+        }
+    }
+}
+""" + "".join(
+    f'def Material "{name}" {{\ntoken outputs:surface.connect = </{name}/S.outputs:surface>\n'
+    'def Shader "S" {\nuniform token info:id = "UsdPreviewSurface"\ntoken outputs:surface\n}\n}\n'
+    for name in ("A", "B", "C", "Full")
+)
+
+
+@pytest.mark.parametrize(
+    ("strength", "prim", "purpose", "material"),
+    [
+        ("weakerThanDescendants", "/Parent/Inherits", "full", "/A"),
+        ("weakerThanDescendants", "/Parent/Picked", "full", "/C"),
+        ("weakerThanDescendants", "/Parent/Own", "full", "/Full"),
+        ("weakerThanDescendants", "/Parent/Own", "preview", "/B"),
+        ("weakerThanDescendants", "/Parent/Own", "", "/B"),
+        ("weakerThanDescendants", "/Parent/Own/faces", "", "/C"),
+        ("strongerThanDescendants", "/Parent/Own", "", "/A"),
+    ],
+)
+def test_binding(strength, prim, purpose, material):
+    assert _read(BINDINGS % strength, prim, purpose=purpose)[0].path == material
+
+
+def test_binding_to_nothing_is_named():
+    body = (
+        'def Xform "P" (apiSchemas = ["MaterialBindingAPI"]) {\nrel material:binding = </Gone>\ndef Mesh "Mesh" {}\n}'
+    )
+    material, _, codes = _read(body, "/P/Mesh")
+    assert (material.path, codes) == (DISPLAY_COLOR_MATERIAL, ["W310"])
+
+
+# --- networks
+
+
+def test_inputs_through_node_graphs_and_interfaces_of_any_depth():
+    body = _material(
+        """uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness.connect = </M.inputs:rough>
+        color3f inputs:diffuseColor.connect = </M/G.outputs:color>
+        color3f inputs:emissiveColor.connect = </M/G/H.outputs:value>""",
+        "float inputs:rough = 0.25\ncolor3f inputs:tint = (1, 2, 3)\n"
+        "token outputs:surface.connect = </M/S.outputs:surface>",
+        """def NodeGraph "G" {
+            color3f inputs:c.connect = </M.inputs:tint>
+            color3f outputs:color.connect = </M/G.inputs:c>
+            def NodeGraph "H" {
+                color3f inputs:c.connect = </M/G.inputs:c>
+                color3f outputs:value.connect = </M/G/H/R.outputs:result>
+                def Shader "R" {
+                    uniform token info:id = "UsdPrimvarReader_float3"
+                    string inputs:varname = "paint"
+                    float3 inputs:fallback.connect = </M/G/H.inputs:c>
+                    float3 outputs:result
+                }
+            }
+        }""",
+    )
+    material, _, codes = _read(body)
+    assert codes == []
+    assert _value(material, "roughness")[0] == 0.25
+    assert _value(material, "diffuseColor") == (1, 2, 3, 0)
+    assert material.inputs["emissiveColor"] == Input((1, 2, 3, 0), primvar="paint")
+
+
+def test_surface_through_a_node_graph():
+    outputs = "token outputs:surface.connect = </M/G.outputs:surface>"
+    more = 'def NodeGraph "G" {\ntoken outputs:surface.connect = </M/S.outputs:surface>\n}'
+    assert _read(_material('uniform token info:id = "UsdPreviewSurface"', outputs, more))[0].path == "/M"
+
+
+CYCLES = _material(
+    """uniform token info:id = "UsdPreviewSurface"
+    color3f inputs:diffuseColor.connect = </M.inputs:loop>
+    color3f inputs:emissiveColor.connect = </M.inputs:self>
+    float inputs:metallic = 0.75
+    float inputs:metallic.connect = </M/Gone.outputs:r>
+    float inputs:opacity.connect = </M/G.outputs:a>
+    float inputs:ior.connect = </M.inputs:unset>
+    float inputs:clearcoat.connect = </M/T.outputs:r>""",
+    """color3f inputs:loop.connect = </M/S.inputs:diffuseColor>
+    color3f inputs:self.connect = </M.inputs:self>
+    float inputs:unset
+    token outputs:surface.connect = </M/S.outputs:surface>""",
+    """def NodeGraph "G" {
+        float outputs:a.connect = </M/G.outputs:b>
+        float outputs:b.connect = </M/G.outputs:a>
+    }
+    def Shader "T" {
+        uniform token info:id = "ND_convert_float_float"
+        float inputs:in.connect = </M/T.outputs:r>
+        float outputs:r
+    }""",
+)
+
+
+def test_cycles_and_broken_connections_end_in_a_diagnostic():
+    material, _, codes = _read(CYCLES)
+    assert {name: source.value[0] for name, source in material.inputs.items()} == {"metallic": 0.75}
+    assert codes.count("W304") == 4
+    assert set(codes) == {"W304", "W303"}
+
+
+def test_sources_are_those_that_usdshade_finds():
+    stage = _stage(CYCLES)
+    for port in UsdShade.Shader(stage.GetPrimAtPath("/M/S")).GetInputs():
+        if port.GetBaseName() in ("diffuseColor", "emissiveColor", "opacity"):
+            continue  # cycles, about which UsdShade writes to stderr
+        expected = port.GetValueProducingAttributes()
+        found = find_source(port, Report())
+        if isinstance(found, Node):
+            found = found.shader.GetOutput(found.output).GetAttr()
+        assert ([found] if found else []) == expected
+
+
+def test_values_of_a_wrong_type_are_named():
+    shader = """uniform token info:id = "UsdPreviewSurface"
+        string inputs:roughness = "rough"
+        color3f inputs:diffuseColor = (nan, 0, 0)
+        float inputs:emissiveColor = 2
+        color3f inputs:metallic = (0.5, 0, 0)"""
+    material, _, codes = _read(_material(shader))
+    assert codes == ["W306", "W306"]
+    assert _value(material, "emissiveColor") == (2, 2, 2, 0)  # a scalar fills a colour
+    assert _value(material, "metallic")[0] == 0.5
+    assert set(material.inputs) == {"emissiveColor", "metallic"}
+
+
+def test_constants_cannot_be_connected_to_nodes():
+    shader = """uniform token info:id = "UsdPreviewSurface"
+        float inputs:opacityThreshold.connect = </M/R.outputs:result>"""
+    more = 'def Shader "R" {\nuniform token info:id = "UsdPrimvarReader_float"\nfloat outputs:result\n}'
+    material, _, codes = _read(_material(shader, more=more))
+    assert (material.opacity_threshold, codes) == (0, ["W308"])
+
+
+# --- displacement and normal maps
+
+
+@pytest.mark.parametrize(
+    ("displacement", "codes"),
+    [("", []), ("float inputs:displacement = 0", []), ("float inputs:displacement = 1", ["W305"])],
+)
+def test_displacement_is_named(displacement, codes):
+    outputs = (
+        "token outputs:surface.connect = </M/S.outputs:surface>\n"
+        "token outputs:displacement.connect = </M/S.outputs:displacement>"
+    )
+    shader = f'uniform token info:id = "UsdPreviewSurface"\n{displacement}\ntoken outputs:displacement'
+    assert _read(_material(shader, outputs))[2] == codes
+
+
+@pytest.mark.parametrize(
+    ("inputs", "warnings"),
+    [
+        (
+            'token inputs:sourceColorSpace = "raw"\n'
+            "float4 inputs:scale = (2, 2, 2, 1)\nfloat4 inputs:bias = (-1, -1, -1, 0)",
+            0,
+        ),
+        ('token inputs:sourceColorSpace = "raw"', 1),
+        ("float4 inputs:scale = (2, 2, 2, 1)\nfloat4 inputs:bias = (-1, -1, -1, 0)", 1),
+        ("", 2),
+    ],
+)
+def test_normal_maps_that_are_not_taken_to_minus_one_to_one_are_named(tmp_path, inputs, warnings):
+    path = tmp_path / "n.png"
+    PilImage.fromarray(np.full((2, 2, 3), 128, np.uint8)).save(path)
+    shader = 'uniform token info:id = "UsdPreviewSurface"\nnormal3f inputs:normal.connect = </M/T.outputs:rgb>'
+    more = f"""def Shader "T" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @{path.as_posix()}@
+        float2 inputs:st.connect = </M/R.outputs:result>
+        {inputs}
+        float3 outputs:rgb
+    }}
+    def Shader "R" {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "st"
+        float2 outputs:result
+    }}"""
+    material, _, codes = _read(_material(shader, more=more))
+    assert material.inputs["normal"].texture == 0
+    assert codes == ["W309"] * warnings

@@ -1,0 +1,369 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""UsdUVTexture, UsdPrimvarReader and UsdTransform2d, written as stages of ten lines."""
+
+import numpy as np
+import pytest
+from PIL import Image as PilImage
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import Input, Wrap
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.textures import InputReader
+
+TIME = Usd.TimeCode.Default()
+READER = """def Shader "R" {
+    uniform token info:id = "UsdPrimvarReader_float2"
+    string inputs:varname = "st"
+    float2 outputs:result
+}"""
+ST = "float2 inputs:st.connect = </M/R.outputs:result>"
+
+
+@pytest.fixture
+def image(tmp_path):
+    """Return the path of an image of 4 x 2 texels of 8 bits, red growing to the right, green upwards."""
+    texels = np.zeros((2, 4, 3), np.uint8)
+    texels[..., 0] = [0, 50, 100, 150]
+    texels[0, :, 1] = 255
+    path = tmp_path / "image.png"
+    PilImage.fromarray(texels).save(path)
+    return path.as_posix()
+
+
+def _read(nodes, output, kind="color3f", count=3, primvars="", layer=None):
+    """Return input "x" of a surface that is connected to an output, the reader, its images, and the codes."""
+    stage = Usd.Stage.CreateNew(layer) if layer else Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\ndef Material "M" {{\n{primvars}\ndef Shader "S" {{\n{kind} inputs:x.connect = </M/{output}>\n}}\n'
+        f"{nodes}\n}}"
+    )
+    report = Report()
+    images = ImageCache(report)
+    reader = InputReader(images, TIME, report)
+    port = UsdShade.Shader(stage.GetPrimAtPath("/M/S")).GetInput("x")
+    found = reader.read(port, count, stage.GetPrimAtPath("/M"))
+    return found, reader.textures, images.images, [d.code for d in report]
+
+
+def _texture(body, output="rgb", kind="color3f", count=3, nodes=READER, identifier="UsdUVTexture", layer=None):
+    node = f'def Shader "T" {{\nuniform token info:id = "{identifier}"\n{body}\nfloat3 outputs:{output}\n}}\n{nodes}'
+    found, textures, images, codes = _read(node, f"T.outputs:{output}", kind, count, layer=layer)
+    return found, textures[found.texture], images, codes
+
+
+# --- UsdUVTexture
+
+
+def test_image_has_its_bottom_row_first(image):
+    found, texture, images, codes = _texture(f"asset inputs:file = @{image}@\n{ST}")
+    assert (found, texture.image, codes) == (Input(texture=0), 0, [])
+    np.testing.assert_array_equal(images[0].pixels[0, :, 1], 0)
+    np.testing.assert_array_equal(images[0].pixels[1, :, 1], 255)
+    np.testing.assert_array_equal(images[0].pixels[0, :, 0], [0, 50, 100, 150])
+
+
+def test_defaults_of_the_specification(image):
+    _, texture, _, _ = _texture(f"asset inputs:file = @{image}@\n{ST}")
+    assert (texture.wrap_s, texture.wrap_t) == (Wrap.BLACK, Wrap.BLACK)
+    assert (texture.scale, texture.bias) == ((1, 1, 1, 1), (0, 0, 0, 0))
+    assert texture.fallback == (0, 0, 0, 1)
+    assert texture.primvar == "st"
+    np.testing.assert_array_equal(texture.uv_transform, [[1, 0, 0], [0, 1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("token", "wrap"),
+    [
+        ("black", Wrap.BLACK),
+        ("clamp", Wrap.CLAMP),
+        ("repeat", Wrap.REPEAT),
+        ("mirror", Wrap.MIRROR),
+        ("useMetadata", Wrap.BLACK),
+    ],
+)
+def test_wrap_modes(image, token, wrap):
+    _, texture, _, codes = _texture(f'asset inputs:file = @{image}@\ntoken inputs:wrapS = "{token}"\n{ST}')
+    assert (texture.wrap_s, texture.wrap_t, codes) == (wrap, Wrap.BLACK, [])
+    _, texture, _, _ = _texture(f'asset inputs:file = @{image}@\ntoken inputs:wrapT = "{token}"\n{ST}')
+    assert (texture.wrap_s, texture.wrap_t) == (Wrap.BLACK, wrap)
+
+
+def test_scale_bias_and_fallback(image):
+    body = (
+        f"asset inputs:file = @{image}@\nfloat4 inputs:scale = (2, 3, 4, 5)\nfloat4 inputs:bias = (-1, -2, -3, -4)\n"
+        f"float4 inputs:fallback = (1, 0, 0.5, 0.25)\n{ST}"
+    )
+    _, texture, _, _ = _texture(body)
+    assert (texture.scale, texture.bias) == ((2, 3, 4, 5), (-1, -2, -3, -4))
+    assert texture.fallback == (1, 0, 0.5, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("channels", "token", "is_srgb"),
+    [(3, "auto", True), (4, "auto", True), (1, "auto", False), (1, "sRGB", True), (3, "raw", False), (3, "sRGB", True)],
+)
+def test_color_space(tmp_path, channels, token, is_srgb):
+    path = tmp_path / "c.png"
+    PilImage.fromarray(np.zeros((2, 2, channels) if channels > 1 else (2, 2), np.uint8)).save(path)
+    body = f'asset inputs:file = @{path.as_posix()}@\ntoken inputs:sourceColorSpace = "{token}"\n{ST}'
+    assert _texture(body)[1].is_srgb is is_srgb
+
+
+@pytest.mark.parametrize(
+    ("name", "is_srgb", "codes"),
+    [("raw", False, []), ("lin_rec709", False, []), ("srgb_texture", True, []), ("ACEScg", True, ["W205"])],
+)
+def test_color_space_of_the_asset(image, name, is_srgb, codes):
+    _, texture, _, found = _texture(f'asset inputs:file = @{image}@ (colorSpace = "{name}")\n{ST}')
+    assert (texture.is_srgb, found) == (is_srgb, codes)
+
+
+@pytest.mark.parametrize(
+    ("output", "count", "channel"),
+    [("rgb", 3, -1), ("rgba", 3, -1), ("r", 1, 0), ("g", 1, 1), ("b", 1, 2), ("a", 1, 3), ("a", 3, 3), ("rgb", 1, 0)],
+)
+def test_channels(image, output, count, channel):
+    found, *_ = _texture(f"asset inputs:file = @{image}@\n{ST}", output, count=count)
+    assert found == Input(texture=0, channel=channel)
+
+
+def test_one_node_is_one_texture_for_all_its_outputs(image):
+    nodes = f"""def Shader "T" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @{image}@
+        {ST}
+        float outputs:r
+        float outputs:g
+    }}
+    {READER}
+    def Shader "U" {{
+        float inputs:y.connect = </M/T.outputs:g>
+    }}"""
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\ndef Material "M" {{\ndef Shader "S" {{\nfloat inputs:x.connect = </M/T.outputs:r>\n}}\n{nodes}\n}}'
+    )
+    reader = InputReader(ImageCache(Report()), TIME, Report())
+    for path, name, channel in (("/M/S", "x", 0), ("/M/U", "y", 1)):
+        port = UsdShade.Shader(stage.GetPrimAtPath(path)).GetInput(name)
+        assert reader.read(port, 1, stage.GetPrimAtPath("/M")) == Input(texture=0, channel=channel)
+    assert len(reader.textures) == 1
+
+
+def test_missing_files_leave_the_fallback():
+    _, texture, images, codes = _texture(
+        f"asset inputs:file = @/nowhere/x.png@\nfloat4 inputs:fallback = (0, 1, 0, 1)\n{ST}"
+    )
+    assert (texture.image, texture.fallback, images, codes) == (-1, (0, 1, 0, 1), [], ["W201"])
+    assert _texture(ST)[3] == ["W201"]
+
+
+def test_unreadable_files_are_named(tmp_path):
+    path = tmp_path / "x.png"
+    path.write_bytes(b"nonsense")
+    _, texture, _, codes = _texture(f"asset inputs:file = @{path.as_posix()}@\n{ST}")
+    assert (texture.image, codes) == (-1, ["W202"])
+
+
+def test_file_through_an_interface_input(image):
+    node = f"""def Shader "T" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file.connect = </M.inputs:map>
+        {ST}
+        float3 outputs:rgb
+    }}
+    {READER}"""
+    _, textures, _, codes = _read(node, "T.outputs:rgb", primvars=f"asset inputs:map = @{image}@")
+    assert (textures[0].image, codes) == (0, [])
+
+
+# --- coordinates
+
+
+def _coordinates(nodes, image):
+    body = f"asset inputs:file = @{image}@\nfloat2 inputs:st.connect = </M/A.outputs:result>"
+    _, texture, _, codes = _texture(body, nodes=nodes)
+    return texture, codes
+
+
+@pytest.mark.parametrize("kind", ["string", "token"])
+def test_name_of_the_primvar(image, kind):
+    nodes = f"""def Shader "A" {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        {kind} inputs:varname = "map2"
+        float2 inputs:fallback = (0.25, 0.75)
+        float2 outputs:result
+    }}"""
+    texture, codes = _coordinates(nodes, image)
+    assert (texture.primvar, texture.uv_fallback, codes) == ("map2", (0.25, 0.75), [])
+
+
+def test_varname_through_an_interface_input(image):
+    node = f"""def Shader "T" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @{image}@
+        float2 inputs:st.connect = </M/A.outputs:result>
+        float3 outputs:rgb
+    }}
+    def Shader "A" {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname.connect = </M.inputs:frame:stPrimvarName>
+        float2 outputs:result
+    }}"""
+    _, textures, _, _ = _read(node, "T.outputs:rgb", primvars='token inputs:frame:stPrimvarName = "uvSet"')
+    assert textures[0].primvar == "uvSet"
+
+
+def _transform_node(name, source, body):
+    return (
+        f'def Shader "{name}" {{\nuniform token info:id = "UsdTransform2d"\n'
+        f"float2 inputs:in.connect = </M/{source}.outputs:result>\n{body}\nfloat2 outputs:result\n}}\n"
+    )
+
+
+def test_transform_scales_then_turns_counter_clockwise_then_moves(image):
+    body = "float2 inputs:scale = (2, 3)\nfloat inputs:rotation = 90\nfloat2 inputs:translation = (10, 20)"
+    texture, codes = _coordinates(_transform_node("A", "R", body) + READER, image)
+    # (1, 0) -> (2, 0) -> (0, 2) -> (10, 22); (0, 1) -> (0, 3) -> (-3, 0) -> (7, 20)
+    np.testing.assert_allclose(texture.uv_transform @ [1, 0, 1], [10, 22], rtol=1e-6)
+    np.testing.assert_allclose(texture.uv_transform @ [0, 1, 1], [7, 20], rtol=1e-6)
+    assert (texture.primvar, codes) == ("st", [])
+    assert texture.uv_transform.dtype == np.float32
+
+
+def test_the_transform_nearest_to_the_primvar_comes_first(image):
+    nodes = _transform_node("A", "B", "float2 inputs:scale = (2, 2)")
+    nodes += _transform_node("B", "R", "float2 inputs:translation = (1, 0)") + READER
+    texture, _ = _coordinates(nodes, image)
+    np.testing.assert_allclose(texture.uv_transform @ [3, 5, 1], [8, 10])
+
+
+def test_coordinates_that_are_constant_are_the_same_for_every_primvar(image):
+    texture, codes = _coordinates(
+        'def Shader "A" {\nuniform token info:id = "UsdTransform2d"\nfloat2 inputs:in = (0.5, 0.25)\n'
+        "float2 inputs:translation = (1, 2)\nfloat2 outputs:result\n}",
+        image,
+    )
+    for uv in ([0, 0, 1], [7, -3, 1]):
+        np.testing.assert_allclose(texture.uv_transform @ uv, [1.5, 2.25])
+    assert codes == ["W206"]
+
+
+def test_unknown_coordinates_are_named(image):
+    texture, codes = _coordinates(
+        'def Shader "A" {\nuniform token info:id = "PxrManifold2D"\nfloat2 outputs:result\n}', image
+    )
+    assert (texture.primvar, codes) == ("st", ["W303"])
+
+
+def test_a_cycle_of_transforms_ends(image):
+    texture, codes = _coordinates(_transform_node("A", "A", ""), image)
+    assert (texture.primvar, codes) == ("st", ["W303"])
+
+
+# --- UsdPrimvarReader as a value
+
+
+@pytest.mark.parametrize(
+    ("kind", "fallback", "count", "expected"),
+    [
+        ("float3", "float3 inputs:fallback = (1, 2, 3)", 3, Input((1, 2, 3, 0), primvar="p")),
+        ("vector", "vector3f inputs:fallback = (1, 2, 3)", 3, Input((1, 2, 3, 0), primvar="p")),
+        ("float4", "float4 inputs:fallback = (1, 2, 3, 4)", 3, Input((1, 2, 3, 4), primvar="p")),
+        ("float", "float inputs:fallback = 0.5", 1, Input((0.5, 0, 0, 0), primvar="p", channel=0)),
+        ("float", "float inputs:fallback = 0.5", 3, Input((0.5, 0.5, 0.5, 0), primvar="p", channel=0)),
+        ("float3", "float3 inputs:fallback = (1, 2, 3)", 1, Input((1, 0, 0, 0), primvar="p", channel=0)),
+        ("int", "int inputs:fallback = 2", 1, Input((2, 0, 0, 0), primvar="p", channel=0)),
+        ("float3", "", 3, Input(primvar="p")),
+    ],
+)
+def test_primvar_reader(kind, fallback, count, expected):
+    node = f"""def Shader "P" {{
+        uniform token info:id = "UsdPrimvarReader_{kind}"
+        string inputs:varname = "p"
+        {fallback}
+        float outputs:result
+    }}"""
+    found, _, _, codes = _read(node, "P.outputs:result", count=count)
+    assert (found, codes) == (expected, [])
+
+
+def test_primvars_of_the_material_come_before_the_readers_fallback():
+    node = (
+        'def Shader "P" {\nuniform token info:id = "UsdPrimvarReader_float3"\nstring inputs:varname = "p"\n'
+        "float3 inputs:fallback = (1, 2, 3)\nfloat3 outputs:result\n}"
+    )
+    found, *_ = _read(node, "P.outputs:result", primvars="color3f primvars:p = (4, 5, 6)")
+    assert found == Input((4, 5, 6, 0), primvar="p")
+
+
+def test_reader_without_a_name_gives_its_fallback():
+    node = """def Shader "P" {
+        uniform token info:id = "UsdPrimvarReader_float3"
+        float3 inputs:fallback = (1, 2, 3)
+        float3 outputs:result
+    }"""
+    found, _, _, codes = _read(node, "P.outputs:result")
+    assert (found, codes) == (Input((1, 2, 3, 0)), ["W206"])
+
+
+@pytest.mark.parametrize("identifier", ["UsdPrimvarReader_string", "UsdPrimvarReader_matrix", "PxrFractal"])
+def test_nodes_that_give_no_value_are_named(identifier):
+    node = f'def Shader "P" {{\nuniform token info:id = "{identifier}"\nfloat outputs:result\n}}'
+    found, _, _, codes = _read(node, "P.outputs:result")
+    assert (found, codes) == (None, ["W303"])
+
+
+# --- MaterialX's nodes
+
+
+def test_materialx_image(image):
+    body = f'asset inputs:file = @{image}@\nstring inputs:vaddressmode = "clamp"\ncolor3f inputs:default = (1, 0.5, 0)'
+    found, texture, _, codes = _texture(body, "out", identifier="ND_image_color3")
+    assert (found.channel, texture.primvar, texture.is_srgb, codes) == (-1, "st", True, [])
+    assert (texture.wrap_s, texture.wrap_t) == (Wrap.REPEAT, Wrap.CLAMP)
+    assert texture.fallback == (1, 0.5, 0, 1)
+    found, texture, _, _ = _texture(body, "out", count=1, identifier="ND_image_float")
+    assert (found.channel, texture.is_srgb) == (0, False)
+
+
+def test_conversions_pass_on_what_comes_in():
+    nodes = (
+        'def Shader "C" {\nuniform token info:id = "ND_convert_color4_color3"\n'
+        "color4f inputs:in.connect = </M/K.outputs:out>\ncolor3f outputs:out\n}\n"
+        'def Shader "K" {\nuniform token info:id = "ND_constant_color4"\ncolor4f inputs:value = (1, 2, 3, 4)\n'
+        "color4f outputs:out\n}"
+    )
+    assert _read(nodes, "C.outputs:out")[0] == Input((1, 2, 3, 4))
+
+
+# --- UDIM
+
+
+def test_udim_tiles_lie_side_by_side(tmp_path):
+    for number, value in ((1001, 10), (1012, 20)):
+        PilImage.fromarray(np.full((2, 2, 3), value, np.uint8)).save(tmp_path / f"t.{number}.png")
+    layer = str(tmp_path / "scene.usda")
+    found, texture, images, codes = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=layer)
+    assert (found.texture, texture.image, codes) == (0, 0, [])
+    pixels = images[0].pixels
+    assert pixels.shape == (4, 4, 4)
+    # Tile 1001 covers [0, 1] x [0, 1], tile 1012 = 1001 + 1 + 10 covers [1, 2] x [1, 2]; the others are clear.
+    for uv, expected in (((0.5, 0.5), (10, 255)), ((1.5, 1.5), (20, 255)), ((1.5, 0.5), (0, 0)), ((0.5, 1.5), (0, 0))):
+        x, y = (texture.uv_transform @ [*uv, 1]) * 4
+        assert tuple(pixels[int(y), int(x), [0, 3]]) == expected
+
+
+def test_udim_tiles_need_not_begin_at_the_first_nor_have_one_size(tmp_path):
+    PilImage.fromarray(np.full((1, 1, 3), 10, np.uint8)).save(tmp_path / "t.1023.png")
+    PilImage.fromarray(np.full((4, 2, 3), 20, np.uint8)).save(tmp_path / "t.1024.png")
+    _, texture, images, _ = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=str(tmp_path / "scene.usda"))
+    np.testing.assert_array_equal(images[0].pixels[..., 0], np.tile([10, 10, 20, 20], (4, 1)))
+    np.testing.assert_allclose(texture.uv_transform @ [2.5, 2.5, 1], [0.25, 0.5], rtol=1e-6)
+
+
+def test_udim_without_tiles_is_named(tmp_path):
+    _, texture, _, codes = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=str(tmp_path / "scene.usda"))
+    assert (texture.image, codes) == (-1, ["W201"])
