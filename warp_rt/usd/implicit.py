@@ -7,6 +7,7 @@ A thousand spheres of any size are one mesh. Curved shapes are inscribed in the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -62,7 +63,8 @@ def read_shape(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> Shape | No
     sizes = {name: abs(read_float(prim, name, time, 0.0)) for name in _SIZES[kind]}
     axis = read_token(prim, "axis", time, "Z")
     key, scale = _unit_shape(kind, axis, sizes)
-    if not min(scale) > 0:
+    is_flat_capsule = kind == "Capsule_1" and not sizes["height"] and len({*sizes.values(), 0.0}) > 2
+    if not min(scale) > 0 or is_flat_capsule:
         report.warn(BAD_SIZE, prim.GetPath(), f"{kind} left out: {', '.join(f'{n} {v:g}' for n, v in sizes.items())}")
         return None
     matrix = np.eye(4)
@@ -115,32 +117,46 @@ def _unit_shape(kind: str, axis: str, sizes: dict[str, float]) -> tuple[tuple[ob
 
 
 def _outline(is_capsule: bool, bottom: float, top: float, half_height: float) -> list[Band]:
-    """Return the outline of a truncated cone with flat ends, or with half spheres of the same radii beyond them."""
+    """Return the outline of a truncated cone, closed by disks, or by spherical caps that continue it smoothly.
+
+    Where the radii of a capsule differ, its caps are more and less than half spheres: UsdGeomCapsule_1's extent
+    shows that they touch the side without an edge.
+    """
+    slope = np.array([2 * half_height, bottom - top]) if half_height > 0 else np.array([1.0, 0.0])
+    side = slope / np.linalg.norm(slope)
+    elevation = math.atan2(side[1], side[0])
     bands = []
-    angles = np.linspace(0, np.pi / 2, _QUARTER_RINGS + 1)
-    arc = [(float(np.cos(a)), float(np.sin(a))) for a in angles]
-    arc[-1] = (0.0, 1.0)
-    low, high = (bottom, -half_height), (top, half_height)
     if bottom > 0:
         if is_capsule:
-            ring = [(c * bottom, -half_height - s * bottom) for c, s in arc]
-            bands += [
-                Band(ring[i + 1], ring[i], (arc[i + 1][0], -arc[i + 1][1]), (arc[i][0], -arc[i][1]))
-                for i in reversed(range(_QUARTER_RINGS))
-            ]
+            bands += _cap(bottom, -half_height, -math.pi / 2, elevation)
         else:
-            bands.append(Band((0.0, -half_height), low, (0.0, -1.0), (0.0, -1.0)))
+            bands.append(Band((0.0, -half_height), (bottom, -half_height), (0.0, -1.0), (0.0, -1.0)))
     if half_height > 0:
-        slope = np.array([2 * half_height, bottom - top])
-        across = tuple(float(x) for x in slope / np.linalg.norm(slope))
-        bands.append(Band(low, high, across, across))
+        across = (float(side[0]), float(side[1]))
+        bands.append(Band((bottom, -half_height), (top, half_height), across, across))
     if top > 0:
         if is_capsule:
-            ring = [(c * top, half_height + s * top) for c, s in arc]
-            bands += [Band(ring[i], ring[i + 1], arc[i], arc[i + 1]) for i in range(_QUARTER_RINGS)]
+            bands += _cap(top, half_height, elevation, math.pi / 2)
         else:
-            bands.append(Band(high, (0.0, half_height), (0.0, 1.0), (0.0, 1.0)))
+            bands.append(Band((top, half_height), (0.0, half_height), (0.0, 1.0), (0.0, 1.0)))
     return bands
+
+
+def _cap(rim: float, rim_z: float, low: float, high: float) -> list[Band]:
+    """Return the part of a sphere's outline between two elevations, one of them the rim's and one a pole's [rad]."""
+    is_top = high == math.pi / 2
+    elevation = low if is_top else high
+    radius = rim / math.cos(elevation)
+    center = rim_z - radius * math.sin(elevation)
+    ring_count = math.ceil(round((high - low) / (math.pi / 2) * _QUARTER_RINGS, 6))
+    normals = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(low, high, ring_count + 1)]
+    ring = [(radius * r, center + radius * z) for r, z in normals]
+    # Exactly the rim that the side has, and exactly the axis.
+    ring[0 if is_top else -1] = (rim, rim_z)
+    pole = -1 if is_top else 0
+    normals[pole] = (0.0, 1.0 if is_top else -1.0)
+    ring[pole] = (0.0, center + radius * normals[pole][1])
+    return [Band(ring[i], ring[i + 1], normals[i], normals[i + 1]) for i in range(ring_count)]
 
 
 def _revolve(bands: Sequence[Band]) -> Mesh:

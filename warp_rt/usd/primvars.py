@@ -214,7 +214,7 @@ def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.
     value = primvar.Get(time)
     if value is None:
         return None
-    if not primvar.GetTypeName().isArray:
+    if type(value).__module__ != "pxr.Vt":  # not an array, which the attribute's type need not tell
         value = np.asarray(value)[None]
     elif not len(value):
         return None
