@@ -11,9 +11,11 @@ import io
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from PIL import Image as PilImage
+from PIL import ImageFile as PilImageFile
 from pxr import Ar
 
 from warp_rt.errors import SceneError
@@ -160,21 +162,27 @@ def _channels(image: PilImage.Image) -> np.ndarray:
     return channels.reshape(*channels.shape[:2], -1)
 
 
-def _read_wide(data: bytes, image: PilImage.Image) -> ImageFile | None:
+def _read_wide(data: bytes, image: PilImageFile.ImageFile) -> ImageFile | None:
     """Return a 16-bit image of several channels, or None if it is not one.
 
     Pillow keeps only the more significant byte of such channels. Decoded a second time by the unpacker of
     ``_OTHER_BYTES`` it gives the rest.
     """
-    rawmodes = [tile.args if isinstance(tile.args, str) else (tile.args or ("",))[0] for tile in image.tile]
+    rawmodes = [_rawmode(tile) for tile in image.tile]
     if not rawmodes or not all(rawmode in _OTHER_BYTES for rawmode in rawmodes):
         return None
     other = PilImage.open(io.BytesIO(data), formats=_PILLOW_FORMATS)
     other.tile = [
-        tile._replace(args=_OTHER_BYTES[mode] if isinstance(tile.args, str) else (_OTHER_BYTES[mode], *tile.args[1:]))
+        tile._replace(args=(_OTHER_BYTES[mode], *tile.args[1:]) if isinstance(tile.args, tuple) else _OTHER_BYTES[mode])
         for tile, mode in zip(other.tile, rawmodes, strict=True)
     ]
     high, low = np.asarray(image, np.float32), np.asarray(other, np.float32)
     if rawmodes[0] == "LA;16B":
         high, low = low[..., 0::2], low[..., 1::2]
     return _image_file((high * 256 + low) / np.float32(65535))
+
+
+def _rawmode(tile: Any) -> str:
+    """Return how a tile of a Pillow image is packed; empty where nothing is said."""
+    args = tile.args[:1] if isinstance(tile.args, tuple) else (tile.args,)
+    return args[0] if args and isinstance(args[0], str) else ""

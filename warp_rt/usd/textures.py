@@ -20,7 +20,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Input, Texture, Wrap
 from warp_rt.usd.attribute_values import numbers
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant
+from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, shader_id
 
 UNKNOWN_TOKEN = "W204"
 NO_COORDINATES = "W206"
@@ -236,6 +236,7 @@ class InputReader:
     def _coordinates(self, port: UsdShade.Input, shader: UsdShade.Shader) -> Coordinates:
         """Return where an ``st`` input leads to, through any UsdTransform2d nodes."""
         transform = np.eye(3)
+        last = shader
         for _ in range(_MAX_CHAIN):
             source = find_source(port, self._report) if port else None
             if not isinstance(source, Node):
@@ -245,6 +246,7 @@ class InputReader:
                     NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used"
                 )
                 return Coordinates.constant(u, v, transform)
+            last = source.shader
             name = source.id.removeprefix("ND_")
             if name.startswith("UsdTransform2d"):
                 transform = transform @ self._transform(source.shader)
@@ -261,10 +263,8 @@ class InputReader:
                 self._report.warn(NO_COORDINATES, source.shader.GetPath(), "names no primvar; its fallback is used")
                 return Coordinates.constant(u, v, transform)
             break
-        kind = repr(source.id) if source.id else "a node without info:id"
-        self._report.warn(
-            UNKNOWN_NODE, source.shader.GetPath(), f"{kind} gives no texture coordinates here; st is used"
-        )
+        kind = f"the node {shader_id(last)!r}" if shader_id(last) else "a node without info:id"
+        self._report.warn(UNKNOWN_NODE, last.GetPath(), f"{kind} gives no texture coordinates here; st is used")
         return Coordinates(transform=transform)
 
     def _transform(self, shader: UsdShade.Shader) -> np.ndarray:
