@@ -180,6 +180,15 @@ def test_missing_folder_is_an_output_error(film, tmp_path):
         check_writable(tmp_path)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere file names are Unicode")
+@pytest.mark.parametrize("name", [b"\xff.png", b"\xff.jpg", b"\xff.exr", 50 * "雪".encode() + b"long.exr", b"a\nb.exr"])
+def test_files_may_be_called_anything(film, tmp_path, name):
+    path = tmp_path / os.fsdecode(name)
+    Image(film).save(path)
+    assert path.stat().st_size > 100
+    assert not list(tmp_path.glob(".*"))
+
+
 # --- atomic writes
 
 
@@ -237,6 +246,7 @@ def test_full_disk_leaves_the_old_file(film, tmp_path, extension):
     assert list(tmp_path.iterdir()) == [target]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows cannot kill so")
 def test_killed_writer_leaves_the_old_file_and_the_next_one_cleans_up(tmp_path):
     target = tmp_path / "a.bin"
     target.write_bytes(b"old")

@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 _LISTED = 20
 """Names in a list for people; --json has them all."""
 
-# Of the hierarchy, docs of kernels/bvh_structs.py: a packet of 320 bytes holds up to 8 triangles and is filled to
-# about two thirds, wide nodes of 256 bytes have 6 to 8 packets below; an instance has a record of 64 bytes.
-_BYTES_A_TRIANGLE = 320 / (8 * 2 / 3) + 256 / (7 * 8 * 2 / 3)
-_BYTES_AN_INSTANCE = 64 + 256 / 6
+# Of the hierarchies, whose records kernels/bvh_structs.py describes: a packet of 320 bytes holds up to 8 triangles and
+# is filled to about five sixths, a wide node of 256 bytes has about 7 children, an instance a record of 64 bytes.
+_PACKET_FILL = 8 * 5 / 6
+_BYTES_A_TRIANGLE = 320 / _PACKET_FILL + 256 / (7 * _PACKET_FILL)
+_BYTES_AN_INSTANCE = 64 + 256 / 7
 _BUILD_BYTES_A_TRIANGLE = 96
 """While it is being built: a reference and two binary nodes."""
 

@@ -117,10 +117,13 @@ def _add_picture(result: Parser) -> None:
         "--aov", type=names, default=("color",), metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)"
     )
     picture.add_argument(
-        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighten display colours (default: 0)"
+        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG by so much (default: 0)"
     )
     picture.add_argument(
-        "--tonemap", choices=TONE_MAPS, default=TONE_MAPS[0], help="raw: no curve (default: %(default)s)"
+        "--tonemap",
+        choices=TONE_MAPS,
+        default=TONE_MAPS[0],
+        help="of PNG and JPEG; raw: no curve (default: %(default)s)",
     )
 
 

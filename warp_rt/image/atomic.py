@@ -36,7 +36,7 @@ def replacing(path: Path) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     try:
         _remove_leftovers(target)
-        temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+        temporary = target.with_name(f".{_stem(target)}.{secrets.token_hex(4)}.part")
         # Opened by hand rather than by tempfile, whose files only their owner may read.
         descriptor = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
     except OSError as error:
@@ -67,13 +67,18 @@ def write_bytes(path: Path, data: bytes) -> None:
         temporary.write_bytes(data)
 
 
+def _stem(target: Path) -> str:
+    """Return as much of the name as always leaves room for more: file systems allow 255 bytes, letters take up to 4."""
+    return target.name[:50]
+
+
 def _lock(descriptor: int) -> None:
     if fcntl is not None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _remove_leftovers(target: Path) -> None:
-    for leftover in target.parent.glob(f".{glob.escape(target.name)}.*.part"):
+    for leftover in target.parent.glob(f".{glob.escape(_stem(target))}.*.part"):
         with contextlib.suppress(OSError), leftover.open("rb") as file:
             _lock(file.fileno())
             leftover.unlink()

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -66,7 +67,7 @@ def write_exr(path: Path, aovs: Mapping[str, np.ndarray], *, software: str, meta
     with replacing(path) as temporary:
         try:
             with OpenEXR.File(header, channels) as file:
-                file.write(str(temporary))
+                file.write(os.fsencode(temporary))  # bytes: the name need not be valid Unicode
         except RuntimeError as error:  # the library's word for every failure
-            reason = str(error).replace(str(temporary), str(path))
+            reason = str(error).replace(str(temporary), path.name)
             raise OutputError(f"{path}: cannot write: {reason}") from error
