@@ -8,7 +8,7 @@ from .structs import CameraData
 
 
 @wp.func
-def eye_direction(camera: CameraData, x: float, y: float) -> wp.vec3:
+def eye_direction(camera: wp.ref[CameraData], x: float, y: float) -> wp.vec3:
     """Return the unit direction of the eye ray through image point (x, y), in pixels from the top left corner."""
     if camera.is_perspective == 0:
         return camera.forward
@@ -18,7 +18,7 @@ def eye_direction(camera: CameraData, x: float, y: float) -> wp.vec3:
 
 
 @wp.func
-def eye_origin(camera: CameraData, x: float, y: float) -> wp.vec3:
+def eye_origin(camera: wp.ref[CameraData], x: float, y: float) -> wp.vec3:
     """Return where the eye ray through image point (x, y) begins, before the near clipping plane is looked at."""
     if camera.is_perspective != 0:
         return camera.origin

@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .structs import DomeData, RenderData, SceneData
+from .structs import DomeData, FrameData, SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_image
 
 IRRADIANCE_WIDTH = wp.constant(64)
@@ -27,7 +27,7 @@ def latlong_from_direction(dome: DomeData, direction: wp.vec3) -> wp.vec2:
 
 
 @wp.func
-def dome_radiance(scene: SceneData, dome: DomeData, direction: wp.vec3) -> wp.vec3:
+def dome_radiance(scene: wp.ref[SceneData], dome: DomeData, direction: wp.vec3) -> wp.vec3:
     """Return what a dome sends from a unit direction."""
     if dome.image < 0:
         return dome.radiance
@@ -37,7 +37,7 @@ def dome_radiance(scene: SceneData, dome: DomeData, direction: wp.vec3) -> wp.ve
 
 
 @wp.func
-def dome_irradiance(scene: SceneData, dome: DomeData, normal: wp.vec3) -> wp.vec3:
+def dome_irradiance(scene: wp.ref[SceneData], dome: DomeData, normal: wp.vec3) -> wp.vec3:
     """Return a dome's cosine-weighted, unoccluded irradiance of a surface with unit world ``normal``."""
     if dome.irradiance_offset < 0:
         return dome.radiance * wp.pi
@@ -58,7 +58,7 @@ def dome_irradiance(scene: SceneData, dome: DomeData, normal: wp.vec3) -> wp.vec
 
 
 @wp.func
-def environment(scene: SceneData, render: RenderData, direction: wp.vec3, depth: int):
+def environment(scene: wp.ref[SceneData], frame: wp.ref[FrameData], direction: wp.vec3, depth: int):
     """Return what a ray that leaves the scene brings back, and the alpha that an eye ray gets with it.
 
     Eye rays see the visible domes, other rays all of them; without any, the background colour.
@@ -72,4 +72,4 @@ def environment(scene: SceneData, render: RenderData, direction: wp.vec3, depth:
             is_covered += 1
     if is_covered > 0:
         return color, 1.0
-    return render.background, render.background_alpha
+    return frame.background, frame.background_alpha

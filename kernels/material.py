@@ -78,7 +78,7 @@ class Shading:
 
 
 @wp.func
-def eval_input(scene: SceneData, surface: Surface, data: InputData) -> wp.vec4:
+def eval_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputData) -> wp.vec4:
     """Return one input at a surface point."""
     value = data.value
     if data.texture >= 0:
@@ -95,14 +95,14 @@ def eval_input(scene: SceneData, surface: Surface, data: InputData) -> wp.vec4:
 
 
 @wp.func
-def input_vec3(scene: SceneData, surface: Surface, index: int) -> wp.vec3:
+def input_vec3(scene: wp.ref[SceneData], surface: wp.ref[Surface], index: int) -> wp.vec3:
     """Return a colour input of the surface's material."""
     value = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index])
     return wp.vec3(value[0], value[1], value[2])
 
 
 @wp.func
-def input_float(scene: SceneData, surface: Surface, index: int) -> float:
+def input_float(scene: wp.ref[SceneData], surface: wp.ref[Surface], index: int) -> float:
     """Return a scalar input of the surface's material."""
     return eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index])[0]
 
@@ -118,7 +118,7 @@ def mirror_share(roughness: float) -> float:
 
 
 @wp.func
-def shading_normal(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3) -> wp.vec3:
+def shading_normal(scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3) -> wp.vec3:
     """Return the unit shading normal, bent by the normal map if there is one, on the viewer's side."""
     n = surface.n_shading
     if material.has_normal_map != 0:
@@ -153,7 +153,9 @@ def passage_eta(is_closed: int, side: float, ior: float) -> float:
 
 
 @wp.func
-def eval_whitted(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3, side: float) -> Shading:
+def eval_whitted(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, side: float
+) -> Shading:
     """Return the lecture's material at a surface point."""
     s = Shading()
     s.model = MODEL_WHITTED
@@ -188,7 +190,9 @@ def preview_f0(diffuse: wp.vec3, specular: wp.vec3, metallic: float, ior: float,
 
 
 @wp.func
-def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo: wp.vec3, side: float) -> Shading:
+def eval_preview(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, side: float
+) -> Shading:
     """Return a UsdPreviewSurface at a surface point, its mirror and glass rays included.
 
     Kr is Schlick's Fresnel reflectance of base and clearcoat, each times ``mirror_share`` of its roughness;
@@ -248,7 +252,7 @@ def eval_preview(scene: SceneData, surface: Surface, material: MaterialData, wo:
 
 
 @wp.func
-def eval_material(scene: SceneData, surface: Surface, wo: wp.vec3, leaked: int) -> Shading:
+def eval_material(scene: wp.ref[SceneData], surface: wp.ref[Surface], wo: wp.vec3, leaked: int) -> Shading:
     """Return the surface's material as seen from the unit direction ``wo``.
 
     Entering or leaving is told by the side of the geometric normal that the ray is on; where the ray has ``leaked``
@@ -299,7 +303,7 @@ def phong(diffuse: wp.vec3, specular: wp.vec3, exponent: float, n: wp.vec3, wo: 
 
 
 @wp.func
-def eval_response(s: Shading, wi: wp.vec3, diffuse_scale: float, specular_scale: float) -> wp.vec3:
+def eval_response(s: wp.ref[Shading], wi: wp.vec3, diffuse_scale: float, specular_scale: float) -> wp.vec3:
     """Return the radiance towards the viewer for a light of colour I_l = 1 in unit direction ``wi``, where N.L > 0.
 
     Args:

@@ -9,7 +9,7 @@ times the product of the coefficients on the way, so a node needs no memory of i
 
 import warp as wp
 
-from .bvh_structs import AccelData, Hit, Stack, Stacks, stack_of_thread
+from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit
 from .camera import eye_direction, eye_origin
 from .constants import PASS_LIMIT
@@ -27,7 +27,7 @@ from .ray_counts import (
 )
 from .sampling import sample_position
 from .shading import local_illumination
-from .structs import CameraData, FilmData, RayTask, RenderData, SceneData
+from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import NORMALS_SLOT, Surface, eval_primvar, make_surface, spawn_origin
 from .vector import max_component, reflect, refract, refraction_discriminant
 
@@ -47,10 +47,11 @@ AOV_ELEMENT = wp.constant(128)
 class FirstHit:
     """What the eye ray met first: for the AOVs."""
 
-    hit: Hit
+    instance: wp.int32
+    """-1 where nothing was met."""
     surface: Surface
     distance: wp.float32
-    """Along the eye ray from the camera; infinite where nothing was met."""
+    """Along the eye ray; infinite where nothing was met."""
 
 
 @wp.func
@@ -64,7 +65,7 @@ def task_capacity(depth: int) -> int:
 
 
 @wp.func
-def is_kept(coefficient: wp.vec3, task: RayTask, render: RenderData, counts: wp.array[wp.int64]) -> bool:
+def is_kept(coefficient: wp.vec3, task: wp.ref[RayTask], frame: wp.ref[FrameData], counts: wp.array[wp.int64]) -> bool:
     """Return whether a child with this coefficient is traced; count it as dropped by what stops it first.
 
     Reference: Hall and Greenberg (1983), A Testbed for Realistic Image Synthesis, IEEE CG&A 3(8), adaptive tree depth.
@@ -72,17 +73,24 @@ def is_kept(coefficient: wp.vec3, task: RayTask, render: RenderData, counts: wp.
     largest = max_component(coefficient)
     if largest <= 0.0:
         return False
-    if task.weight * largest < render.threshold:
+    if task.weight * largest < frame.threshold:
         count(counts, DROPPED_BY_THRESHOLD)
         return False
-    if task.depth >= render.depth:
+    if task.depth >= frame.depth:
         count(counts, DROPPED_BY_DEPTH)
         return False
     return True
 
 
 @wp.func
-def leak(scene: SceneData, surface: Surface, shading: Shading, before: int, direction: wp.vec3, crosses: bool) -> int:
+def leak(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    before: int,
+    direction: wp.vec3,
+    crosses: bool,
+) -> int:
     """Return the instance on the wrong side of whose surface a spawned ray starts; -1: none.
 
     Interpolated normals near a silhouette can mirror a ray to the inside of a glass body, or refract one back out.
@@ -106,7 +114,9 @@ def leak(scene: SceneData, surface: Surface, shading: Shading, before: int, dire
 
 
 @wp.func
-def child_task(parent: RayTask, surface: Surface, direction: wp.vec3, coefficient: wp.vec3, leaked: int) -> RayTask:
+def child_task(
+    parent: wp.ref[RayTask], surface: wp.ref[Surface], direction: wp.vec3, coefficient: wp.vec3, leaked: int
+) -> RayTask:
     """Return the task of a ray that is one level deeper."""
     child = RayTask()
     child.origin = spawn_origin(surface, direction)
@@ -121,13 +131,13 @@ def child_task(parent: RayTask, surface: Surface, direction: wp.vec3, coefficien
 
 @wp.func
 def push_children(
-    scene: SceneData,
+    scene: wp.ref[SceneData],
     tasks: wp.array[RayTask],
     top: int,
-    task: RayTask,
-    surface: Surface,
-    shading: Shading,
-    render: RenderData,
+    task: wp.ref[RayTask],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    frame: wp.ref[FrameData],
     counts: wp.array[wp.int64],
 ) -> int:
     """Push the refraction and the reflection ray of a node; return the new top of the stack.
@@ -141,7 +151,7 @@ def push_children(
         if refraction_discriminant(cos_in, shading.eta) < 0.0:
             count(counts, TOTAL_INTERNAL_REFLECTION)
             kr = kr + kt
-        elif is_kept(kt, task, render, counts):
+        elif is_kept(kt, task, frame, counts):
             direction = task.direction
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
@@ -149,7 +159,7 @@ def push_children(
             tasks[top] = child_task(task, surface, direction, kt, leaked)
             top += 1
             count_refraction(counts, task.depth + 1)
-    if is_kept(kr, task, render, counts):
+    if is_kept(kr, task, frame, counts):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
         leaked = leak(scene, surface, shading, task.leaked, mirrored, False)
         tasks[top] = child_task(task, surface, mirrored, kr, leaked)
@@ -160,31 +170,32 @@ def push_children(
 
 @wp.func
 def trace_tree(
-    scene: SceneData,
-    accel: AccelData,
-    render: RenderData,
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
     origin: wp.vec3,
     direction: wp.vec3,
     t_max: float,
     tasks: wp.array[RayTask],
-    stack: Stack,
+    stack: wp.ref[Stack],
     counts: wp.array[wp.int64],
-):
-    """Return the radiance and alpha (vec4) that an eye ray brings back, and what it met first.
+    first: wp.ref[FirstHit],
+) -> wp.vec4:
+    """Return the radiance and alpha that an eye ray brings back.
 
     Args:
         scene: Shading data.
         accel: Hierarchies.
-        render: Terms of the tree.
+        frame: Terms of the tree.
         origin: Of the eye ray, world space.
         direction: Unit.
         t_max: Farthest distance that the eye ray sees.
         tasks: Scratch, at least ``task_capacity`` long.
         stack: Scratch of the traversal.
         counts: Counter row.
+        first: Where what the ray meets first is written, or that it meets nothing.
     """
-    first = FirstHit()
-    first.hit.instance = -1
+    first.instance = -1
     first.distance = wp.inf
     color = wp.vec3(0.0, 0.0, 0.0)
     alpha = float(0.0)
@@ -205,7 +216,7 @@ def trace_tree(
         reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
         hit = closest_hit(accel, task.origin, task.direction, reach, stack)
         if hit.instance < 0:
-            behind, behind_alpha = environment(scene, render, task.direction, task.depth)
+            behind, behind_alpha = environment(scene, frame, task.direction, task.depth)
             color += wp.cw_mul(task.coefficient, behind)
             if task.depth == 1:
                 alpha += task.weight * behind_alpha
@@ -215,8 +226,8 @@ def trace_tree(
         if task.depth == 1:
             travelled += hit.t
             alpha += task.weight * shading.presence
-            if first.hit.instance < 0 and shading.presence > 0.0:
-                first.hit = hit
+            if first.instance < 0 and shading.presence > 0.0:
+                first.instance = hit.instance
                 first.surface = surface
                 first.distance = travelled
         if shading.presence < 1.0:
@@ -233,21 +244,25 @@ def trace_tree(
                 continue
             task.coefficient = task.coefficient * shading.presence
             task.weight = task.weight * shading.presence
-        local = local_illumination(scene, accel, render, stack, surface, shading, task.depth, counts)
+        local = local_illumination(scene, accel, frame, stack, surface, shading, task.depth, counts)
         color += wp.cw_mul(task.coefficient, local)
-        top = push_children(scene, tasks, top, task, surface, shading, render, counts)
-    return wp.vec4(color[0], color[1], color[2], alpha), first
+        top = push_children(scene, tasks, top, task, surface, shading, frame, counts)
+    return wp.vec4(color[0], color[1], color[2], alpha)
 
 
 @wp.func
 def write_aovs(
-    scene: SceneData, camera: CameraData, film: FilmData, row: int, column: int, first: FirstHit, cosine: float
+    scene: wp.ref[SceneData],
+    film: wp.ref[FilmData],
+    row: int,
+    column: int,
+    first: wp.ref[FirstHit],
+    cosine: float,
 ):
     """Write the AOVs of one pixel from what its first sample met; ids are never filtered.
 
     Args:
         scene: Shading data.
-        camera: Of the film.
         film: AOV arrays.
         row: Of the pixel in the film.
         column: Of the pixel in the film.
@@ -255,7 +270,7 @@ def write_aovs(
         cosine: Between the eye ray and the view axis.
     """
     mask = film.aov_mask
-    is_hit = first.hit.instance >= 0
+    is_hit = first.instance >= 0
     if (mask & AOV_DEPTH) != 0:
         film.depth[row, column] = wp.where(is_hit, first.distance * cosine, wp.inf)
     if (mask & AOV_DISTANCE) != 0:
@@ -282,13 +297,44 @@ def write_aovs(
         film.element[row, column] = element
 
 
+@wp.func
+def render_pixel(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    film: wp.ref[FilmData],
+    tasks: wp.array[RayTask],
+    stack: wp.ref[Stack],
+    counts: wp.array[wp.int64],
+    row: int,
+    column: int,
+    sample: int,
+):
+    """Add one sample to a pixel of the film."""
+    x = film.x + column
+    y = film.y + row
+    p = sample_position(x, y, sample, frame.sample_count, frame.seed)
+    image_x = float(x) + p[0]
+    image_y = float(y) + p[1]
+    direction = eye_direction(frame.camera, image_x, image_y)
+    cosine = wp.dot(direction, frame.camera.forward)
+    near = frame.camera.near / cosine
+    origin = eye_origin(frame.camera, image_x, image_y) + near * direction
+    reach = frame.camera.far / cosine - near
+    first = FirstHit()
+    value = trace_tree(scene, accel, frame, origin, direction, reach, tasks, stack, counts, first)
+    film.color[row, column] = film.color[row, column] + value
+    if sample == 0:
+        first.distance += near
+        write_aovs(scene, film, row, column, first, cosine)
+
+
 @wp.kernel
 def render_tile(
-    scene: SceneData,
-    accel: AccelData,
-    camera: CameraData,
-    render: RenderData,
-    film: FilmData,
+    scenes: wp.array[SceneData],
+    accels: wp.array[AccelData],
+    frames: wp.array[FrameData],
+    films: wp.array[FilmData],
     tasks: wp.array2d[RayTask],
     stacks: Stacks,
     counts: wp.array2d[wp.int64],
@@ -299,33 +345,14 @@ def render_tile(
 
     One thread is one pixel; it writes that pixel of the film, and counts in the row of ``counts`` that its scratch has.
     Scratch has one row where threads run one after the other, as on a CPU, else at least one for each thread.
+
+    The large structs come as arrays of one: a struct argument would be copied by every thread, 2 KB of them by value
+    taking as long as tracing the eye ray.
     """
     i = wp.tid()
     column = tile[0] + i % tile[2]
     row = tile[1] + i // tile[2]
     scratch = wp.where(tasks.shape[0] > 1, i, 0)
-    x = film.x + column
-    y = film.y + row
-    p = sample_position(x, y, sample, render.sample_count, render.seed)
-    image_x = float(x) + p[0]
-    image_y = float(y) + p[1]
-    direction = eye_direction(camera, image_x, image_y)
-    cosine = wp.dot(direction, camera.forward)
-    near = camera.near / cosine
-    origin = eye_origin(camera, image_x, image_y) + near * direction
     stack = stack_of_thread(stacks, scratch)
-    value, first = trace_tree(
-        scene,
-        accel,
-        render,
-        origin,
-        direction,
-        camera.far / cosine - near,
-        tasks[scratch],
-        stack,
-        counts[scratch % counts.shape[0]],
-    )
-    first.distance += near
-    film.color[row, column] = film.color[row, column] + value
-    if sample == 0:
-        write_aovs(scene, camera, film, row, column, first, cosine)
+    row_counts = counts[scratch % counts.shape[0]]
+    render_pixel(scenes[0], accels[0], frames[0], films[0], tasks[scratch], stack, row_counts, row, column, sample)

@@ -11,7 +11,7 @@ from .environment import dome_irradiance
 from .light import sample_light
 from .material import MODEL_WHITTED, Shading, eval_material, eval_response
 from .ray_counts import count_shadow
-from .structs import RenderData, SceneData
+from .structs import FrameData, SceneData
 from .surface import Surface, make_surface, spawn_origin
 from .vector import max_component
 
@@ -22,11 +22,11 @@ SHADOW_TRANSMIT = wp.constant(2)
 
 @wp.func
 def shadow_ray(
-    scene: SceneData,
-    accel: AccelData,
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
     mode: int,
-    stack: Stack,
-    surface: Surface,
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
     direction: wp.vec3,
     distance: float,
 ) -> wp.vec3:
@@ -62,12 +62,12 @@ def shadow_ray(
 
 @wp.func
 def local_illumination(
-    scene: SceneData,
-    accel: AccelData,
-    render: RenderData,
-    stack: Stack,
-    surface: Surface,
-    shading: Shading,
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
     depth: int,
     counts: wp.array[wp.int64],
 ) -> wp.vec3:
@@ -76,7 +76,7 @@ def local_illumination(
     UsdPreviewSurface puts its own BRDF in the bracket and adds its emission. Domes have no direction to shadow: they
     add their irradiance to what is diffuse, and to what is glossy but no mirror.
     """
-    result = shading.emission + wp.cw_mul(shading.ambient, render.ambient)
+    result = shading.emission + wp.cw_mul(shading.ambient, frame.ambient)
     if shading.has_local == 0:
         return result
     for k in range(scene.light_count):
@@ -86,7 +86,7 @@ def local_illumination(
             visible = wp.vec3(1.0, 1.0, 1.0)
             if light.casts_shadow != 0:
                 count_shadow(counts, depth)
-                mode = render.shadow_mode
+                mode = frame.shadow_mode
                 visible = shadow_ray(scene, accel, mode, stack, surface, sample.to_shadow, sample.distance)
             if max_component(visible) > 0.0:
                 light_color = sample.irradiance * (1.0 / wp.pi)

@@ -204,9 +204,10 @@ class CameraData:
 
 
 @wp.struct
-class RenderData:
-    """The terms of the ray tree."""
+class FrameData:
+    """A render: its camera and the terms of the ray tree."""
 
+    camera: CameraData
     depth: wp.int32
     threshold: wp.float32
     ambient: wp.vec3

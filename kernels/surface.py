@@ -73,7 +73,7 @@ def max_abs(v: wp.vec3) -> float:
 
 
 @wp.func
-def primvar_row(scene: SceneData, offset: int, component_count: int, row: int) -> wp.vec4:
+def primvar_row(scene: wp.ref[SceneData], offset: int, component_count: int, row: int) -> wp.vec4:
     """Return one row of a primvar's values, padded with zeros to four components."""
     k = offset + row * component_count
     value = wp.vec4(scene.primvar_values[k], 0.0, 0.0, 0.0)
@@ -87,7 +87,7 @@ def primvar_row(scene: SceneData, offset: int, component_count: int, row: int) -
 
 
 @wp.func
-def primvar_corner(scene: SceneData, mesh: int, slot: int, triangle: int, corner: int) -> wp.vec4:
+def primvar_corner(scene: wp.ref[SceneData], mesh: int, slot: int, triangle: int, corner: int) -> wp.vec4:
     """Return a primvar that the mesh has, at one corner of a triangle."""
     primvar = scene.primvars[mesh * scene.primvar_count + slot]
     row = int(0)
@@ -97,7 +97,7 @@ def primvar_corner(scene: SceneData, mesh: int, slot: int, triangle: int, corner
 
 
 @wp.func
-def eval_primvar(scene: SceneData, surface: Surface, slot: int, fallback: wp.vec4) -> wp.vec4:
+def eval_primvar(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, fallback: wp.vec4) -> wp.vec4:
     """Return a primvar at a surface point: the instance's value, else the mesh's, else ``fallback``."""
     if scene.instance_primvars.shape[1] > 0:
         value = scene.instance_primvars[slot, surface.instance]
@@ -116,7 +116,7 @@ def eval_primvar(scene: SceneData, surface: Surface, slot: int, fallback: wp.vec
 
 
 @wp.func
-def make_surface(scene: SceneData, instance: int, triangle: int, u: float, v: float) -> Surface:
+def make_surface(scene: wp.ref[SceneData], instance: int, triangle: int, u: float, v: float) -> Surface:
     """Return the surface point with barycentrics (u, v) of a triangle of an instance."""
     placed = scene.instances[instance]
     mesh = scene.meshes[placed.mesh]
@@ -160,7 +160,7 @@ def make_surface(scene: SceneData, instance: int, triangle: int, u: float, v: fl
 
 
 @wp.func
-def eval_normals(scene: SceneData, mesh: int, triangle: int, u: float, v: float) -> wp.vec3:
+def eval_normals(scene: wp.ref[SceneData], mesh: int, triangle: int, u: float, v: float) -> wp.vec3:
     """Return the interpolated normal of a mesh that has normals, local space, not unit."""
     n0 = primvar_corner(scene, mesh, NORMALS_SLOT, triangle, 0)
     n1 = primvar_corner(scene, mesh, NORMALS_SLOT, triangle, 1)
@@ -171,7 +171,7 @@ def eval_normals(scene: SceneData, mesh: int, triangle: int, u: float, v: float)
 
 
 @wp.func
-def surface_tangents(scene: SceneData, surface: Surface, slot: int):
+def surface_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int):
     """Return the two world directions in which the texture coordinates of a primvar grow; zero where it has none.
 
     Reference: Lengyel (2001), Computing Tangent Space Basis Vectors for an Arbitrary Mesh; per triangle here.
@@ -196,6 +196,6 @@ def surface_tangents(scene: SceneData, surface: Surface, slot: int):
 
 
 @wp.func
-def spawn_origin(surface: Surface, direction: wp.vec3) -> wp.vec3:
+def spawn_origin(surface: wp.ref[Surface], direction: wp.vec3) -> wp.vec3:
     """Return where a ray that leaves the surface along ``direction`` starts."""
     return offset_origin(surface.position, surface.n_geometric, direction, surface.scale)

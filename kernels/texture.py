@@ -53,7 +53,7 @@ def srgb_to_linear(value: float) -> float:
 
 
 @wp.func
-def fetch_texel(scene: SceneData, image: ImageData, x: int, y: int, is_srgb: int) -> wp.vec4:
+def fetch_texel(scene: wp.ref[SceneData], image: ImageData, x: int, y: int, is_srgb: int) -> wp.vec4:
     """Return texel (x, y), row 0 at the bottom, decoded; alpha is never decoded. A negative index is black."""
     if x < 0 or y < 0:
         return wp.vec4(0.0, 0.0, 0.0, 0.0)
@@ -75,7 +75,7 @@ def fetch_texel(scene: SceneData, image: ImageData, x: int, y: int, is_srgb: int
 
 @wp.func
 def sample_image(
-    scene: SceneData, image: ImageData, u: float, v: float, wrap_s: int, wrap_t: int, is_srgb: int
+    scene: wp.ref[SceneData], image: ImageData, u: float, v: float, wrap_s: int, wrap_t: int, is_srgb: int
 ) -> wp.vec4:
     """Return an image's value at (u, v), (0, 0) being the lower left corner, by bilinear interpolation.
 
@@ -97,7 +97,7 @@ def sample_image(
 
 
 @wp.func
-def eval_texture(scene: SceneData, texture: TextureData, uv: wp.vec2) -> wp.vec4:
+def eval_texture(scene: wp.ref[SceneData], texture: TextureData, uv: wp.vec2) -> wp.vec4:
     """Return decode(texel) * scale + bias at texture coordinates ``uv``; the unscaled fallback without an image.
 
     Reference: UsdPreviewSurface Specification, UsdUVTexture.

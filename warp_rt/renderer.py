@@ -21,6 +21,7 @@ from warp_rt.film import Film, RayCounts
 from warp_rt.film_camera import camera_data, choose_camera, frame_camera, image_size
 from warp_rt.headlight import headlight
 from warp_rt.kernels import ray_counts, ray_tree, structs
+from warp_rt.kernels.bvh_structs import AccelData
 from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.shading import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
 from warp_rt.launch import Deadline, Tile, bands_of, run_bands, run_tiles, tiles_of
@@ -130,8 +131,8 @@ class Renderer:
         width, height = image_size(camera, self.options, self.scene.settings)
         x, y, film_width, film_height = _crop(self.options.crop, width, height)
         film, arrays = _make_film(self.options.aovs, x, y, film_width, film_height, self.device)
-        data = camera_data(camera, width, height, self.scene.settings, self._device_scene.origin)
-        terms = _terms(self.options, self.scene)
+        frame = _frame_data(self.options, self.scene)
+        frame.camera = camera_data(camera, width, height, self.scene.settings, self._device_scene.origin)
         is_cpu = self.device == "cpu"
         tiles = (
             tiles_of(film_width, film_height, self.options.tile_size) if is_cpu else bands_of(film_width, film_height)
@@ -140,10 +141,20 @@ class Renderer:
         rows = 1 if is_cpu else max(tile[2] * tile[3] for tile in tiles)
         scratch = [self._scratch(rows) for _ in range(workers)]
 
+        # Arrays of one, see render_tile.
+        shared = [
+            wp.array([struct], dtype=dtype, device=self.device)
+            for struct, dtype in (
+                (self._device_scene.data, structs.SceneData),
+                (self.accel.data, AccelData),
+                (frame, structs.FrameData),
+                (film, structs.FilmData),
+            )
+        ]
+
         def launch(worker: int, tile: Tile, sample: int) -> None:
             tasks, stacks, counts = scratch[worker]
-            inputs = [self._device_scene.data, self.accel.data, data, terms, film]
-            inputs += [tasks, stacks, counts, wp.vec4i(*tile), sample]
+            inputs = [*shared, tasks, stacks, counts, wp.vec4i(*tile), sample]
             wp.launch(ray_tree.render_tile, dim=tile[2] * tile[3], inputs=inputs, device=self.device)
 
         samples = self.options.spp
@@ -223,19 +234,19 @@ def _resolve(options: RenderOptions, scene: Scene) -> RenderOptions:
     )
 
 
-def _terms(options: RenderOptions, scene: Scene) -> Any:
-    """Return ``kernels.structs.RenderData``."""
-    terms = structs.RenderData()
-    terms.depth = options.depth
+def _frame_data(options: RenderOptions, scene: Scene) -> Any:
+    """Return ``kernels.structs.FrameData`` but for its camera."""
+    frame = structs.FrameData()
+    frame.depth = options.depth
     # A weight is at most the product of sums Kr + Kt; float32's largest number stands for an infinite threshold.
-    terms.threshold = min(options.threshold or 0.0, float(np.finfo(np.float32).max))
-    terms.ambient = options.ambient
-    terms.background = options.background or _BLACK
-    terms.background_alpha = 0.0 if options.background is None else 1.0
-    terms.shadow_mode = _shadow_mode(options.shadows, scene)
-    terms.sample_count = options.spp
-    terms.seed = options.seed
-    return terms
+    frame.threshold = min(options.threshold or 0.0, float(np.finfo(np.float32).max))
+    frame.ambient = options.ambient
+    frame.background = options.background or _BLACK
+    frame.background_alpha = 0.0 if options.background is None else 1.0
+    frame.shadow_mode = _shadow_mode(options.shadows, scene)
+    frame.sample_count = options.spp
+    frame.seed = options.seed
+    return frame
 
 
 def _shadow_mode(shadows: str, scene: Scene) -> int:
