@@ -37,15 +37,16 @@ def widest_axis(extent: wp.vec3) -> int:
 
 
 @wp.func
+def safe_inverse(component: float) -> float:
+    """Return 1 / component, finite also where it is zero or minute."""
+    magnitude = wp.max(wp.abs(component), MIN_DIRECTION)
+    return 1.0 / wp.where(component < 0.0, -magnitude, magnitude)
+
+
+@wp.func
 def inverse_direction(direction: wp.vec3) -> wp.vec3:
     """Return 1 / direction by component, finite also where a component is zero or minute."""
-    inverse = wp.vec3()
-    for axis in range(3):
-        component = direction[axis]
-        if wp.abs(component) < MIN_DIRECTION:
-            component = wp.where(component < 0.0, -MIN_DIRECTION, MIN_DIRECTION)
-        inverse[axis] = 1.0 / component
-    return inverse
+    return wp.vec3(safe_inverse(direction[0]), safe_inverse(direction[1]), safe_inverse(direction[2]))
 
 
 @wp.func

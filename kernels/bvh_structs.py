@@ -45,8 +45,27 @@ class AccelData:
     """In the order of the top-level tree's leaves."""
     root: int
     """Child code at which every query starts."""
+    only_instance: int
+    """0 where there is a single instance whose transform is the identity: queries then start in its mesh's tree.
+    Else -1: they start in the tree over instances."""
     intersector: int
     """WATERTIGHT, MOLLER_TRUMBORE or PLANE_PROJECTION."""
+
+
+@wp.struct
+class StackEntry:
+    """A child that a traversal has yet to visit."""
+
+    code: int
+    t: float
+    """Where the ray enters its box."""
+
+
+@wp.struct
+class Stack:
+    """The traversal stack of one ray."""
+
+    entries: wp.array[StackEntry]
 
 
 @wp.struct
@@ -57,18 +76,8 @@ class Stacks:
     (A stack declared in the kernel would be filled with zeros for each ray: 20 to 40 % of the time of a short ray.)
     """
 
-    nodes: wp.array2d[int]
+    entries: wp.array2d[StackEntry]
     """shape [rows, stack_size]"""
-    distances: wp.array2d[float]
-    """shape [rows, stack_size]"""
-
-
-@wp.struct
-class Stack:
-    """The traversal stack of one ray: child codes, and where the ray enters their boxes."""
-
-    nodes: wp.array[int]
-    distances: wp.array[float]
 
 
 @wp.struct
@@ -145,8 +154,6 @@ class TreeSummary:
 @wp.func
 def stack_of_thread(stacks: Stacks, thread: int) -> Stack:
     """Return the stack of a thread: its own row where there are enough of them, else the last, shared one."""
-    row = wp.min(thread, stacks.nodes.shape[0] - 1)
     stack = Stack()
-    stack.nodes = stacks.nodes[row]
-    stack.distances = stacks.distances[row]
+    stack.entries = stacks.entries[wp.min(thread, stacks.entries.shape[0] - 1)]
     return stack

@@ -36,6 +36,13 @@ def transform_ray(instance: InstanceRecord, ray: PacketRay) -> PacketRay:
 
 
 @wp.func
+def push(stack: Stack, top: int, code: int, t: float):
+    """Write the entry above the topmost one; the caller counts."""
+    stack.entries[top].code = code
+    stack.entries[top].t = t
+
+
+@wp.func
 def descend(
     nodes: wp.array[float], start: int, ray: PacketRay, t_max: float, stack: Stack, top: int, distances: wp.array[float]
 ):
@@ -60,13 +67,11 @@ def descend(
             child = wp.cast(nodes[children + lane], wp.int32)
             t = distances[lane]
             if t < t_nearest:
-                stack.nodes[top] = nearest
-                stack.distances[top] = t_nearest
+                push(stack, top, nearest, t_nearest)
                 nearest = child
                 t_nearest = t
             else:
-                stack.nodes[top] = child
-                stack.distances[top] = t
+                push(stack, top, child, t)
             top += 1
         node = nearest
     return node, top
@@ -79,7 +84,7 @@ def intersect_triangles_one_by_one(
     """Return what ``intersect_triangles`` returns, by the scalar test that ``accel.intersector`` names."""
     nearest = int(-1)
     t_nearest = float(t_max)
-    for lane in range(WIDTH):
+    for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
         p0 = packet_vertex(accel.leaves, leaf, lane, 0)
         p1 = packet_vertex(accel.leaves, leaf, lane, 1)
         p2 = packet_vertex(accel.leaves, leaf, lane, 2)
@@ -97,81 +102,79 @@ def intersect_triangles_one_by_one(
 
 
 @wp.func
-def traverse_mesh(
-    accel: AccelData,
-    root: int,
-    ray: PacketRay,
-    t_start: float,
-    is_any: bool,
-    stack: Stack,
-    base: int,
-    distances: wp.array[float],
-    tuv: wp.array[float],
-) -> int:
-    """Return the word of ``accel.leaves`` that holds the hit triangle's index, or -1; ``tuv`` then holds (t, u, v).
+def is_ray_finite(origin: wp.vec3, direction: wp.vec3) -> bool:
+    """Return whether no component is inf or NaN: one of them would make every box pass."""
+    total = origin[0] + origin[1] + origin[2] + direction[0] + direction[1] + direction[2]
+    return total - total == 0.0
 
-    Uses the stack from entry ``base`` upwards.
-    """
-    hit = int(-1)
-    t_max = float(t_start)
-    stack.nodes[base] = root
-    stack.distances[base] = 0.0
-    top = int(base + 1)
-    while top > base:
-        top -= 1
-        node = stack.nodes[top]
-        if stack.distances[top] <= t_max:
-            node, top = descend(accel.nodes, node, ray, t_max, stack, top, distances)
-            if node < 0:
-                lane = int(-1)
-                if accel.intersector == WATERTIGHT:
-                    lane = intersect_triangles(accel.leaves, -1 - node, ray, t_max, tuv)
-                else:
-                    lane = intersect_triangles_one_by_one(accel, -1 - node, ray, t_max, tuv)
-                if lane >= 0:
-                    t_max = tuv[0]
-                    hit = (-1 - node) * LEAF_FLOATS + LEAF_IDS + lane
-                    if is_any:
-                        top = int(base)
-    return hit
+
+@wp.func
+def set_ray(target: wp.ref[PacketRay], source: PacketRay):
+    """Change a ray in place. Assigning a struct in a branch would copy it in every turn of the loop around it."""
+    target.origin = source.origin
+    target.direction = source.direction
+    target.inverse = source.inverse
+    target.shear = source.shear
+    target.axes = source.axes
 
 
 @wp.func
 def traverse(accel: AccelData, origin: wp.vec3, direction: wp.vec3, t_max: float, is_any: bool, stack: Stack) -> Hit:
-    """Return the closest hit in [0, t_max), or the first one found if ``is_any``."""
+    """Return the closest hit in [0, t_max), or the first one found if ``is_any``.
+
+    One loop serves both levels: below an instance, the ray is the mesh's, and the stack's entries from ``base`` on.
+    """
     hit = Hit()
     hit.t = t_max
     hit.triangle = -1
     hit.instance = -1
-    # One inf or NaN would make every box pass; no triangle can be hit along no direction.
-    if not (wp.isfinite(origin) and wp.isfinite(direction)) or wp.max(wp.abs(direction)) == 0.0:
+    if not is_ray_finite(origin, direction):
         return hit
-    ray = make_packet_ray(origin, direction)
+    world_ray = make_packet_ray(origin, direction)
+    ray = PacketRay()
+    set_ray(ray, world_ray)
     distances = wp.zeros(shape=(8,), dtype=float)
     tuv = wp.zeros(shape=(4,), dtype=float)
+    word = int(-1)
     found = int(-1)
-    stack.nodes[0] = accel.root
-    stack.distances[0] = 0.0
+    instance = int(accel.only_instance)
+    base = int(-1)
+    push(stack, 0, accel.root, 0.0)
     top = int(1)
     while top > 0:
+        if top == base:
+            set_ray(ray, world_ray)
+            instance = -1
+            base = -1
         top -= 1
-        node = stack.nodes[top]
-        if stack.distances[top] <= hit.t:
+        node = stack.entries[top].code
+        t_entry = stack.entries[top].t
+        if t_entry <= hit.t:
             node, top = descend(accel.nodes, node, ray, hit.t, stack, top, distances)
             if node < 0:
-                record = accel.instances[-1 - node]
-                local_ray = transform_ray(record, ray)
-                word = traverse_mesh(accel, record.root, local_ray, hit.t, is_any, stack, top, distances, tuv)
-                if word >= 0:
-                    hit.t = tuv[0]
-                    hit.u = tuv[1]
-                    hit.v = tuv[2]
-                    hit.instance = record.instance
-                    found = word
-                    if is_any:
-                        top = int(0)
+                if instance < 0:
+                    instance = -1 - node
+                    base = top
+                    set_ray(ray, transform_ray(accel.instances[instance], world_ray))
+                    push(stack, top, accel.instances[instance].root, t_entry)
+                    top += 1
+                else:
+                    lane = int(-1)
+                    if accel.intersector == WATERTIGHT:
+                        lane = intersect_triangles(accel.leaves, -1 - node, ray, hit.t, tuv)
+                    else:
+                        lane = intersect_triangles_one_by_one(accel, -1 - node, ray, hit.t, tuv)
+                    if lane >= 0:
+                        hit.t = tuv[0]
+                        word = (-1 - node) * LEAF_FLOATS + LEAF_IDS + lane
+                        found = instance
+                        if is_any:
+                            top = 0
     if found >= 0:
-        hit.triangle = wp.cast(accel.leaves[found], wp.int32)
+        hit.u = tuv[1]
+        hit.v = tuv[2]
+        hit.triangle = wp.cast(accel.leaves[word], wp.int32)
+        hit.instance = accel.instances[found].instance
     return hit
 
 

@@ -117,7 +117,7 @@ def intersect_boxes_plain(
 ) -> int:
     """Return what ``intersect_boxes`` returns, in plain Warp."""
     mask = int(0)
-    for lane in range(WIDTH):
+    for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
         base = node * NODE_FLOATS + lane
         low = wp.vec3(nodes[base], nodes[base + 8], nodes[base + 16])
         high = wp.vec3(nodes[base + 24], nodes[base + 32], nodes[base + 40])
@@ -227,7 +227,7 @@ def intersect_triangles_plain(
     """Return what ``intersect_triangles`` returns, in plain Warp."""
     nearest = int(-1)
     t_nearest = float(t_max)
-    for lane in range(WIDTH):
+    for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
         p0 = packet_vertex(leaves, leaf, lane, 0)
         p1 = packet_vertex(leaves, leaf, lane, 1)
         p2 = packet_vertex(leaves, leaf, lane, 2)

@@ -22,7 +22,7 @@ from warp_rt.forest import (
     refer_to_triangles,
 )
 from warp_rt.kernels import constants
-from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
+from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, StackEntry, Stacks
 from warp_rt.options import BUILDERS, INTERSECTORS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import Mesh, Scene
@@ -115,6 +115,10 @@ def build_accel(
     data.leaves = _upload(host.leaves, wp.float32, device)
     data.instances = _upload(host.instances, InstanceRecord, device)
     data.root = host.root
+    data.only_instance = -1
+    if len(host.instances) == 1 and host.instances["is_identity"][0]:
+        data.root = int(host.instances["root"][0])
+        data.only_instance = 0
     data.intersector = _INTERSECTORS[intersector]
     return Accel(scene, placement, data, device, host.stack_size, host.statistics)
 
@@ -127,11 +131,10 @@ def make_stacks(accel: Accel, rows: int = 1) -> Stacks:
         rows: On a GPU, the number of threads of the launch. On the CPU one row serves a whole launch, but launches
             that run at the same time need stacks of their own.
     """
+    # Threads of a GPU reach the same depth at about the same time: the entries of one depth are neighbours.
+    by_depth = wp.empty((accel.stack_size, rows), dtype=StackEntry, device=accel.device)
     stacks = Stacks()
-    for name, dtype in (("nodes", wp.int32), ("distances", wp.float32)):
-        # Warp threads of a GPU reach the same depth at about the same time: neighbours in memory, then.
-        by_entry = wp.empty((accel.stack_size, rows), dtype=dtype, device=accel.device)
-        setattr(stacks, name, by_entry.transpose())
+    stacks.entries = by_depth.transpose()
     return stacks
 
 
