@@ -86,7 +86,7 @@ def test_scenes_without_extent_have_a_camera():
 
 
 @pytest.mark.parametrize("view", [[0, 0, -1], [0, -1, 0], [1, 0, 0], [1, -2, 3]])
-def test_headlight_shines_along_the_view(view):
+def test_headlight_of_an_orthographic_camera_shines_along_the_view(view):
     direction = np.array(view, float) / np.linalg.norm(view)
     back = -direction
     right = np.cross([0.3, 0.5, 0.7], back)
@@ -94,12 +94,21 @@ def test_headlight_shines_along_the_view(view):
     matrix = np.eye(4)
     matrix[:3, :3] = np.column_stack([right * 2, np.cross(back, right) * 3, back * 5])
     matrix[:3, 3] = 7, 8, 9
-    light = headlight(Camera("/c", matrix, (-1, 1, -1, 1)))
+    light = headlight(Camera("/c", matrix, (-1, 1, -1, 1), is_perspective=False))
     np.testing.assert_allclose(-light.world_from_light[:3, 2], direction, atol=1e-12)
     np.testing.assert_allclose(light.world_from_light[:3, :3].T @ light.world_from_light[:3, :3], np.eye(3), atol=1e-12)
 
 
 def test_white_facing_the_headlight_has_value_one():
-    light = headlight(Camera("/c", np.eye(4), (-1, 1, -1, 1)))
+    light = headlight(Camera("/c", np.eye(4), (-1, 1, -1, 1), is_perspective=False))
     assert (light.kind, light.angle, light.casts_shadow) == (LightKind.DISTANT, 0, False)
     assert np.array(light.radiance) / math.pi == pytest.approx([1, 1, 1])
+
+
+def test_headlight_of_a_perspective_camera_sits_in_the_eye_and_does_not_weaken():
+    matrix = np.eye(4)
+    matrix[:3, 3] = 4, 5, 6
+    light = headlight(Camera("/c", matrix, (-1, 1, -1, 1)))
+    assert (light.kind, light.has_falloff, light.casts_shadow) == (LightKind.POINT, False, False)
+    assert light.world_from_light[:3, 3].tolist() == [4, 5, 6]
+    assert light.radiance == (1.0, 1.0, 1.0)
