@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,13 +56,12 @@ class Group:
     def __len__(self) -> int:
         return len(self.mesh)
 
-    def weight(self) -> int:
-        """Return how much a copy adds to the number of instances that ``MAX_INSTANCES`` bounds."""
-        return len(self.mesh) + len(self.lights) + len(self.cameras)
-
 
 class GroupBuilder:
     """Collects a group: meshes, lights, cameras, and copies of other groups.
+
+    Copies are only counted as they are added, and made by ``build``: so a group that multiplies beyond the limit is
+    refused before any group within it has taken memory.
 
     Args:
         mesh_primvars: Names of the primvars of each mesh of the scene, kept up to date by its owner.
@@ -72,11 +71,13 @@ class GroupBuilder:
     def __init__(self, mesh_primvars: Sequence[frozenset[str]], instance_limit: int = MAX_INSTANCES) -> None:
         self._mesh_primvars = mesh_primvars
         self._limit = instance_limit
-        self._count = 0
+        self.weight = 0
+        """Number of meshes, lights and cameras, copies included."""
+        self._group: Group | None = None
         self._singles: list[tuple[int, np.ndarray, int, int, int, Values]] = []
         self._names: list[str] = []
-        self._copies: dict[tuple[int, frozenset[str]], tuple[Group, list[tuple[np.ndarray, str, Values]]]] = {}
-        self._chunks: list[Group] = []
+        self._copies: dict[tuple[int, frozenset[str]], tuple[GroupBuilder, list[tuple[np.ndarray, str, Values]]]] = {}
+        self._batches: list[tuple[GroupBuilder, np.ndarray, Sequence[str], Values, Values]] = []
         self._lights: list[PlacedPrim] = []
         self._cameras: list[PlacedPrim] = []
 
@@ -95,43 +96,52 @@ class GroupBuilder:
         self._take(1)
         self._cameras.append(camera)
 
-    def add_copy(self, group: Group, matrix: np.ndarray, name: str, inherited: Values) -> None:
+    def add_copy(self, group: GroupBuilder, matrix: np.ndarray, name: str, inherited: Values) -> None:
         """Place one copy, of a native instance.
 
         Args:
-            group: What is copied.
+            group: What is copied, complete.
             matrix: This group from that group, shape [4, 4].
             name: Path of the instance, relative to what holds this group.
             inherited: Values that count where the group's rows have none of that name.
         """
-        self._take(group.weight())
+        self._take(group.weight)
         key = (id(group), frozenset(inherited))
         self._copies.setdefault(key, (group, []))[1].append((matrix, name, inherited))
 
     def add_copies(
-        self, group: Group, matrices: np.ndarray, names: Sequence[str], inherited: Values, given: Values
+        self, group: GroupBuilder, matrices: np.ndarray, names: Sequence[str], inherited: Values, given: Values
     ) -> None:
         """Place copies of a PointInstancer.
 
         Args:
-            group: What is copied.
+            group: What is copied, complete.
             matrices: This group from that group, shape [n, 4, 4].
             names: Path of each copy, relative to what holds this group.
             inherited: Values that count where the group's rows have none, shape [n, c].
             given: Values that precede the group's own, shape [n, c].
         """
-        self._take(group.weight() * len(matrices))
-        self._add_chunk(_copied(group, matrices, names, inherited, given, self._mesh_primvars))
+        self._take(group.weight * len(matrices))
+        self._batches.append((group, matrices, names, inherited, given))
 
     def build(self) -> Group:
-        """Return the group."""
+        """Return the group; later calls return the same one."""
+        if self._group is None:
+            self._group = self._joined([self._single_rows(), *self._copied_groups()])
+        return self._group
+
+    def _copied_groups(self) -> Iterator[Group]:
         for group, copies in self._copies.values():
-            matrices = np.stack([matrix for matrix, _, _ in copies])
-            names = [name for _, name, _ in copies]
-            inherited = {key: _stack_padded([values[key] for _, _, values in copies]) for key in copies[0][2]}
-            self._add_chunk(_copied(group, matrices, names, inherited, {}, self._mesh_primvars))
-        self._copies = {}
-        chunks = [self._single_rows(), *self._chunks]
+            if group.weight:
+                matrices = np.stack([matrix for matrix, _, _ in copies])
+                names = [name for _, name, _ in copies]
+                inherited = {key: _stack_padded([values[key] for _, _, values in copies]) for key in copies[0][2]}
+                yield _copied(group.build(), matrices, names, inherited, {}, self._mesh_primvars)
+        for group, matrices, names, inherited, given in self._batches:
+            if group.weight:
+                yield _copied(group.build(), matrices, names, inherited, given, self._mesh_primvars)
+
+    def _joined(self, chunks: list[Group]) -> Group:
         counts = [len(chunk) for chunk in chunks]
         offsets = np.cumsum([0] + [len(chunk.names) for chunk in chunks])[:-1]
         return Group(
@@ -156,13 +166,9 @@ class GroupBuilder:
         )
 
     def _take(self, count: int) -> None:
-        self._count += count
-        if self._count > self._limit:
+        self.weight += count
+        if self.weight > self._limit:
             raise LimitError(f"the stage holds more than {self._limit} instances")
-
-    def _add_chunk(self, chunk: Group) -> None:
-        if chunk.weight():
-            self._chunks.append(chunk)
 
     def _single_rows(self) -> Group:
         rows = self._singles

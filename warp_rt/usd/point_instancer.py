@@ -86,6 +86,9 @@ def is_regular(matrices: np.ndarray) -> np.ndarray:
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
     """Return rotations of column vectors: float64, shape [n, 3, 3]; the identity for a quaternion of no length.
 
+    Quaternions are normalised first, for half precision is a thousandth off unit length. UsdGeomPointInstancer's own
+    matrices keep that as a change of size.
+
     Args:
         quaternions: i, j, k, real; shape [n, 4].
     """

@@ -126,7 +126,7 @@ class StageWalk:
         self._shapes: dict[tuple[object, ...], int] = {}
         self._traits: dict[str, TypeTraits] = {}
         self._bindings: dict[Sdf.Path, tuple[object, ...]] = {}
-        self._groups: dict[tuple[object, ...], Group | None] = {}
+        self._groups: dict[tuple[object, ...], GroupBuilder | None] = {}
         self._open_prototypes: list[Sdf.Path] = []
         self._nesting = 0
         self._visited = 0
@@ -135,9 +135,9 @@ class StageWalk:
     def walk(self) -> Group:
         """Return all that the stage draws, in world space."""
         context = Context(np.eye(4), np.eye(4), path_length=0, predicate=_SHOWN)
-        return self._walk_group(list(self._stage.GetPseudoRoot().GetFilteredChildren(_SHOWN)), context)
+        return self._walk_group(list(self._stage.GetPseudoRoot().GetFilteredChildren(_SHOWN)), context).build()
 
-    def _walk_group(self, roots: list[Usd.Prim], context: Context) -> Group:
+    def _walk_group(self, roots: list[Usd.Prim], context: Context) -> GroupBuilder:
         builder = GroupBuilder(self._mesh_primvars, self._limits.instances)
         self._nesting += 1
         if self._nesting > self._limits.nesting:
@@ -160,7 +160,7 @@ class StageWalk:
                 raise LimitError(f"{prim.GetPath()}: prims nested more than {self._limits.depth} deep")
             pending.extend((child, passed_on) for child in reversed(children))
         self._nesting -= 1
-        return builder.build()
+        return builder
 
     def _visit(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> Context | None:
         """Add what a prim draws to the group; return what its children have from it, None to leave them out."""
@@ -318,7 +318,7 @@ class StageWalk:
                 {key: values[chosen] for key, values in instances.values.items()},
             )
 
-    def _prototype_group(self, instancer: Usd.Prim, path: Sdf.Path, context: Context) -> Group | None:
+    def _prototype_group(self, instancer: Usd.Prim, path: Sdf.Path, context: Context) -> GroupBuilder | None:
         """Return the group of a PointInstancer's prototype, its root's own transform included."""
         prototype = self._stage.GetPrimAtPath(path)
         if not prototype or not prototype.IsActive():
@@ -359,9 +359,9 @@ class StageWalk:
             prim = prim.GetParent()
         said = self._bindings[prim.GetPath()] if prim and not prim.IsPseudoRoot() else ()
         for prim in reversed(chain):
-            for relationship in prim.GetAuthoredPropertiesInNamespace("material:binding"):
+            for relationship in prim.GetAuthoredPropertiesInNamespace("material"):
                 name = relationship.GetName()
-                if not isinstance(relationship, Usd.Relationship):
+                if not name.startswith("material:binding") or not isinstance(relationship, Usd.Relationship):
                     continue
                 strength = relationship.GetMetadata("bindMaterialAs")
                 said = (*said, (name, tuple(relationship.GetForwardedTargets()), strength))

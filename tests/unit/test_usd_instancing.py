@@ -1,0 +1,404 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Native instances and PointInstancers, against what USD itself computes for the same stage."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom, Vt
+
+from warp_rt.errors import LimitError
+from warp_rt.scene import Scene
+from warp_rt.usd.load import load_stage
+
+TRIANGLE = """
+    point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    uniform token subdivisionScheme = "none"
+"""
+
+
+def translate(x: float, y: float = 0, z: float = 0) -> str:
+    return f'double3 xformOp:translate = ({x}, {y}, {z})\nuniform token[] xformOpOrder = ["xformOp:translate"]\n'
+
+
+def stage_of(body: str) -> Usd.Stage:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{body}\n")
+    return stage
+
+
+def load(body: str) -> Scene:
+    return load_stage(stage_of(body))
+
+
+def codes(scene: Scene) -> list[str]:
+    return [record.code for record in scene.diagnostics]
+
+
+def names(scene: Scene) -> list[str]:
+    return [scene.instance_paths[row] if row >= 0 else "" for row in scene.instances.instance_id]
+
+
+def places(scene: Scene) -> dict[str, list[float]]:
+    """Translation of each instance by its path; the prim's where it is not instanced."""
+    keys = [name or scene.prims[prim] for name, prim in zip(names(scene), scene.instances.prim, strict=True)]
+    assert len(set(keys)) == len(keys)
+    return dict(zip(keys, scene.instances.world_from_local[:, :3, 3].tolist(), strict=True))
+
+
+# --- native instances
+
+PROTOTYPE = f"""
+class Xform "P" {{
+    def Mesh "m" {{ {TRIANGLE} {translate(0, 1)} }}
+}}
+"""
+
+
+GOLD = """
+def Material "Gold" {
+    token outputs:surface.connect = </Gold/s.outputs:surface>
+    def Shader "s" {
+        uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+    }
+}
+"""
+
+
+def instance(name: str, x: float, extra: str = "") -> str:
+    return f'def Xform "{name}" (instanceable = true\n references = </P>) {{ {translate(x)} {extra}\n }}\n'
+
+
+def test_native_instances_share_one_mesh_and_have_paths_of_their_own() -> None:
+    scene = load(PROTOTYPE + instance("a", 1) + instance("b", 2))
+    assert len(scene.meshes) == 1
+    assert places(scene) == {"/a": [1, 1, 0], "/b": [2, 1, 0]}
+    assert [scene.prims[row] for row in scene.instances.prim] == ["/a/m", "/a/m"]
+
+
+def test_nested_native_instances_stand_where_usd_puts_their_proxies() -> None:
+    body = PROTOTYPE + 'class Xform "Q" {\n' + instance("one", 10) + instance("two", 20) + "}\n"
+    body += instance("a", 1).replace("</P>", "</Q>") + instance("b", 2).replace("</P>", "</Q>")
+    stage = stage_of(body)
+    scene = load_stage(stage)
+    assert len(scene.meshes) == 1
+    found = places(scene)
+    cache = UsdGeom.XformCache(0)
+    meshes = [prim for prim in stage.Traverse(Usd.TraverseInstanceProxies()) if prim.IsA(UsdGeom.Mesh)]
+    expected = {
+        str(prim.GetParent().GetPath()): list(cache.GetLocalToWorldTransform(prim).ExtractTranslation())
+        for prim in meshes
+    }
+    assert len(expected) == 4
+    assert found == expected
+
+
+def test_instances_hand_down_colour_purpose_and_material() -> None:
+    red = 'color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = "constant")\n'
+    bound = instance("b", 3, "rel material:binding = </Gold>").replace(
+        "instanceable = true", 'prepend apiSchemas = ["MaterialBindingAPI"]\ninstanceable = true'
+    )
+    scene = load(
+        PROTOTYPE
+        + instance("a", 1, red)
+        + bound
+        + instance("c", 4)
+        + instance("guide", 5, 'token purpose = "guide"')
+        + instance("hidden", 6, 'token visibility = "invisible"')
+        + GOLD
+    )
+    assert set(places(scene)) == {"/a", "/b", "/c"}
+    assert len(scene.meshes) == 1
+    row = {name: k for k, name in enumerate(names(scene))}
+    color = scene.instances.primvars["displayColor"]
+    assert color[row["/a"]].tolist() == [1, 0, 0]
+    assert np.isnan(color[[row["/b"], row["/c"]]]).all()
+    material = scene.instances.material_table[scene.instances.material_offset]
+    assert scene.materials[material[row["/b"]]].path == "/Gold"
+    assert scene.materials[material[row["/c"]]].path != "/Gold"
+
+
+def test_what_the_prototype_says_itself_precedes_what_instances_hand_down() -> None:
+    red = 'color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = "constant")\n'
+    green = red.replace("(1, 0, 0)", "(0, 1, 0)")
+    scene = load(PROTOTYPE.replace('def Mesh "m" {', f'def Mesh "m" {{ {green}') + instance("a", 1, red))
+    assert not np.isfinite(scene.instances.primvars.get("displayColor", np.full(3, np.nan))).any()
+    assert scene.meshes[0].primvars["displayColor"].values.tolist() == [[0, 1, 0]]
+
+
+def test_a_reset_stack_in_a_prototype_stands_still_in_every_instance() -> None:
+    reset = translate(7, 7, 7).replace('["', '["!resetXformStack!", "')
+    body = PROTOTYPE.replace(translate(0, 1), reset) + instance("a", 1) + instance("b", 2)
+    body += 'class Xform "Q" {\n' + instance("one", 10) + "}\n" + instance("c", 3).replace("</P>", "</Q>")
+    scene = load(body)
+    np.testing.assert_allclose(scene.instances.world_from_local[:, :3, 3], np.full((3, 3), 7.0))
+    assert len(scene.meshes) == 1
+
+
+def test_lights_and_cameras_of_instances_are_placed_by_each() -> None:
+    scene = load(
+        'class Xform "P" {\ndef SphereLight "l" {}\ndef Camera "c" {}\n}\n' + instance("a", 1) + instance("b", 2)
+    )
+    assert {light.path: light.world_from_light[0, 3] for light in scene.lights} == {"/a/l": 1, "/b/l": 2}
+    assert {camera.path: camera.world_from_camera[0, 3] for camera in scene.cameras} == {"/a/c": 1, "/b/c": 2}
+
+
+def bomb(levels: int, is_instanced: bool = True) -> str:
+    flag = "instanceable = true\n" if is_instanced else ""
+    body = f'class Xform "L0" {{ def Mesh "m" {{ {TRIANGLE} }}\n }}\n'
+    for level in range(1, levels + 1):
+        children = "\n".join(f'def Xform "c{k}" ({flag}references = </L{level - 1}>) {{ }}' for k in range(10))
+        body += f'class Xform "L{level}" {{ {children}\n }}\n'
+    return body + f'def Xform "World" ({flag}references = </L{levels}>) {{ }}\n'
+
+
+def test_a_hundred_million_nested_instances_are_refused_at_once() -> None:
+    with pytest.raises(LimitError, match="10000000 instances"):
+        load(bomb(8))
+    assert len(load(bomb(3)).instances) == 1000
+
+
+# --- PointInstancers
+
+
+def instancer(extra: str, prototypes: str = "") -> str:
+    return f"""
+    def PointInstancer "I" {{
+        rel prototypes = [</I/protos/p>, </I/protos/q>]
+        {extra}
+        def Scope "protos" {{
+            def Mesh "p" {{ {TRIANGLE} {translate(0, 0, 5)} }}
+            def Mesh "q" {{ {TRIANGLE} }}
+            {prototypes}
+        }}
+    }}
+    """
+
+
+def test_instances_are_scaled_then_turned_then_moved_with_the_prototypes_own_transform() -> None:
+    stage = stage_of(
+        instancer(
+            """
+            int[] protoIndices = [0, 1, 0]
+            point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]
+            quath[] orientations = [(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5), (0.5, -0.5, 0.5, -0.5)]
+            float3[] scales = [(1, 2, 3), (2, 2, -2), (1, 1, 4)]
+            """
+            + translate(100)
+        )
+    )
+    scene = load_stage(stage)
+    assert codes(scene) == []
+    schema = UsdGeom.PointInstancer(stage.GetPrimAtPath("/I"))
+    expected = np.array(schema.ComputeInstanceTransformsAtTime(0, 0)).transpose(0, 2, 1)
+    expected[:, 0, 3] += 100
+    order = [int(name[3:-1]) for name in names(scene)]
+    assert sorted(order) == [0, 1, 2]
+    np.testing.assert_allclose(scene.instances.world_from_local, expected[order], atol=1e-6)
+    np.testing.assert_allclose(places(scene)["/I[0]"], [101, 0, 15], atol=1e-6)
+    assert {scene.prims[row] for row in scene.instances.prim} == {"/I/protos/p", "/I/protos/q"}
+    assert len(scene.meshes) == 2
+
+
+def test_orientations_are_rotations_whatever_their_length() -> None:
+    body = "int[] protoIndices = [1, 1]\npoint3f[] positions = [(0, 0, 0), (1, 0, 0)]\n"
+    scene = load(instancer(body + "quatf[] orientationsf = [(2, 0, 0, 2), (0, 0, 0, 0)]"))
+    quarter_about_z = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    for name, expected in (("/I[0]", quarter_about_z), ("/I[1]", np.eye(3))):
+        matrix = scene.instances.world_from_local[names(scene).index(name), :3, :3]
+        np.testing.assert_allclose(matrix, expected, atol=1e-12)
+
+
+def test_single_precision_orientations_precede() -> None:
+    scene = load(
+        instancer(
+            """
+            int[] protoIndices = [1]
+            point3f[] positions = [(0, 0, 0)]
+            quath[] orientations = [(1, 0, 0, 0)]
+            quatf[] orientationsf = [(0, 0, 0, 1)]
+            """
+        )
+    )
+    np.testing.assert_allclose(np.diag(scene.instances.world_from_local[0]), [-1, -1, 1, 1], atol=1e-12)
+
+
+def test_invisible_and_inactive_ids_hide_instances() -> None:
+    body = """
+        int64[] ids = [10, 20, 30, 40]
+        int64[] invisibleIds = [20]
+        int[] protoIndices = [0, 0, 1, 1]
+        point3f[] positions = [(0,0,0), (1,0,0), (2,0,0), (3,0,0)]
+    """
+    scene = load(instancer(body).replace('"I" {', '"I" (inactiveIds = [40]) {', 1))
+    assert set(names(scene)) == {"/I[0]", "/I[2]"}
+    # Without ids the position in the arrays is the id.
+    scene = load(instancer(body.replace("int64[] ids = [10, 20, 30, 40]", "").replace("[20]", "[3]")))
+    assert set(names(scene)) == {"/I[0]", "/I[1]", "/I[2]"}
+
+
+def test_primvars_of_the_instancer_differ_by_instance_and_precede_the_prototypes() -> None:
+    scene = load(
+        instancer(
+            """
+            int[] protoIndices = [0, 2, 0, 2]
+            point3f[] positions = [(0,0,0), (1,0,0), (2,0,0), (3,0,0)]
+            color3f[] primvars:displayColor = [(1,0,0), (0,1,0)] (interpolation = "vertex")
+            int[] primvars:displayColor:indices = [0, 1, 1, 0]
+            float[] primvars:shade = [9] (interpolation = "constant")
+            """,
+            """def Sphere "s" {
+                color3f[] primvars:displayColor = [(0, 0, 1)]
+            }""",
+        ).replace("</I/protos/q>]", "</I/protos/q>, </I/protos/s>]")
+    )
+    color = dict(zip(names(scene), scene.instances.primvars["displayColor"].tolist(), strict=True))
+    assert color == {"/I[0]": [1, 0, 0], "/I[1]": [0, 1, 0], "/I[2]": [0, 1, 0], "/I[3]": [1, 0, 0]}
+    assert (scene.instances.primvars["shade"] == 9).all()
+
+
+def test_instancers_nest_and_the_inner_ones_primvars_precede() -> None:
+    body = f"""
+    def PointInstancer "outer" {{
+        rel prototypes = </inner>
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(0, 0, 0), (100, 0, 0)]
+        float[] primvars:a = [1, 2] (interpolation = "vertex")
+        float[] primvars:b = [1, 2] (interpolation = "vertex")
+    }}
+    class PointInstancer "inner" {{
+        rel prototypes = </inner/m>
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(0, 10, 0), (0, 20, 0)]
+        float[] primvars:b = [7, 8] (interpolation = "uniform")
+        def Mesh "m" {{ {TRIANGLE} {translate(0, 0, 3)} }}
+    }}
+    """
+    scene = load(body)
+    assert places(scene) == {
+        "/outer[0][0]": [0, 10, 3],
+        "/outer[0][1]": [0, 20, 3],
+        "/outer[1][0]": [100, 10, 3],
+        "/outer[1][1]": [100, 20, 3],
+    }
+    order = np.argsort(names(scene))
+    assert scene.instances.primvars["a"][order, 0].tolist() == [1, 1, 2, 2]
+    assert scene.instances.primvars["b"][order, 0].tolist() == [7, 8, 7, 8]
+
+
+def test_prototypes_may_be_native_instances_overs_and_prims_elsewhere() -> None:
+    body = (
+        PROTOTYPE
+        + f"""
+    def PointInstancer "I" {{
+        rel prototypes = [</native>, </undefined/p>, </visible>]
+        int[] protoIndices = [0, 1, 2]
+        point3f[] positions = [(10, 0, 0), (20, 0, 0), (30, 0, 0)]
+    }}
+    over "undefined" {{
+        def Xform "p" {{ def Mesh "m" {{ {TRIANGLE} }}
+        }}
+    }}
+    def Mesh "visible" {{ {TRIANGLE} {translate(0, 0, 1)} }}
+    """
+        + instance("native", 4)
+    )
+    assert places(load(body)) == {
+        "/I[0]": [14, 1, 0],
+        "/I[1]": [20, 0, 0],
+        "/I[2]": [30, 0, 1],
+        "/visible": [0, 0, 1],
+        "/native": [4, 1, 0],
+    }
+
+
+def test_instancers_that_contain_each_other_are_cut_with_a_code() -> None:
+    scene = load(
+        f"""
+        def PointInstancer "a" {{
+            rel prototypes = </a/b>
+            int[] protoIndices = [0]
+            point3f[] positions = [(1, 0, 0)]
+            def Xform "b" {{
+                def Mesh "m" {{ {TRIANGLE} }}
+                def PointInstancer "c" {{
+                    rel prototypes = [</a/b>, </a>]
+                    int[] protoIndices = [0, 1]
+                    point3f[] positions = [(1, 0, 0), (2, 0, 0)]
+                }}
+            }}
+        }}
+        """
+    )
+    assert "W123" in codes(scene)
+    assert "/a[0]" in places(scene)
+
+
+@pytest.mark.parametrize(
+    ("body", "code", "count"),
+    [
+        ("int[] protoIndices = [0, 5, -1]\npoint3f[] positions = [(0,0,0), (1,0,0), (2,0,0)]", "W121", 1),
+        ("int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0)]", "W120", 0),
+        (
+            "int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0), (1,0,0)]\nfloat3[] scales = [(1,1,1)]",
+            "W120",
+            2,
+        ),
+        ("int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0), (nan,0,0)]", "W122", 1),
+        ("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nfloat3[] scales = [(1,0,1)]", "W122", 0),
+        ("int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0), (1,0,0)]\nint64[] ids = [1]", "W120", 2),
+        ("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nfloat3 scales = (1, 1, 1)", "W120", 1),
+    ],
+)
+def test_malformed_instances_are_left_out_with_a_code(body: str, code: str, count: int) -> None:
+    scene = load(instancer(body))
+    assert codes(scene) == [code]
+    assert len(scene.instances) == count
+
+
+def test_a_prototype_that_is_missing_is_named_and_an_empty_instancer_is_silent() -> None:
+    scene = load(
+        instancer("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]").replace("</I/protos/p>", "</no>")
+    )
+    assert codes(scene) == ["W121"]
+    scene = load(instancer(""))
+    assert codes(scene) == []
+    assert len(scene.instances) == 0
+
+
+def test_velocities_move_instances_between_samples() -> None:
+    stage = stage_of(
+        instancer(
+            """
+            int[] protoIndices = [1, 1]
+            point3f[] positions.timeSamples = { 0: [(0,0,0), (1,0,0)], 10: [(5,5,5), (6,6,6)] }
+            vector3f[] velocities.timeSamples = { 0: [(24,0,0), (0,48,0)], 10: [(0,0,0), (0,0,0)] }
+            """
+        )
+    )
+    scene = load_stage(stage, time=2.0)  # 24 time codes a second: velocities count for 1/12 s
+    np.testing.assert_allclose(sorted(places(scene).values()), [[1, 4, 0], [2, 0, 0]], atol=1e-5)
+
+
+def test_seventy_thousand_instances_agree_with_usd() -> None:
+    rng = np.random.default_rng(7)
+    count = 70_000
+    stage = Usd.Stage.CreateInMemory()
+    schema = UsdGeom.PointInstancer.Define(stage, "/I")
+    UsdGeom.Sphere.Define(stage, "/I/a")
+    UsdGeom.Cube.Define(stage, "/I/b")
+    schema.CreatePrototypesRel().SetTargets(["/I/a", "/I/b"])
+    kind = rng.integers(0, 2, count).astype(np.int32)
+    schema.CreateProtoIndicesAttr(Vt.IntArray.FromNumpy(kind))
+    schema.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(rng.normal(size=(count, 3)).astype(np.float32)))
+    schema.CreateScalesAttr(Vt.Vec3fArray.FromNumpy(rng.uniform(0.5, 2, (count, 3)).astype(np.float32)))
+    quaternions = [Gf.Quatf(*map(float, q)).GetNormalized() for q in rng.normal(size=(100, 4))]
+    schema.CreateOrientationsfAttr(Vt.QuatfArray(quaternions * (count // 100)))
+    scene = load_stage(stage)
+    assert len(scene.instances) == count
+    expected = np.array(schema.ComputeInstanceTransformsAtTime(0, 0)).transpose(0, 2, 1)
+    order = np.array([int(name[3:-1]) for name in names(scene)])
+    # The unit shapes have radius 1 and size 2, USD's defaults, so that their own scale is one.
+    np.testing.assert_allclose(scene.instances.world_from_local, expected[order], atol=1e-5)

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Opening files of every kind, composition errors, time and stage metadata."""
+
+import math
+from pathlib import Path
+
+import pytest
+from pxr import Sdf, Usd, UsdGeom, UsdUtils
+
+from warp_rt.errors import OptionError, SceneError
+from warp_rt.report import Report
+from warp_rt.usd.load import load_stage
+from warp_rt.usd.stage import open_stage, stage_meters_per_unit, stage_time, stage_up_axis
+
+SPHERE = '#usda 1.0\ndef Sphere "s" {\n}\n'
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def in_memory(metadata: str = "") -> Usd.Stage:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n(\n{metadata}\n)\n")
+    return stage
+
+
+@pytest.mark.parametrize("suffix", ["usda", "usdc", "usd", "usdz"])
+def test_every_format_opens(suffix: str, tmp_path: Path) -> None:
+    source = write(tmp_path / "source.usda", SPHERE)
+    path = tmp_path / f"a scene é.{suffix}"
+    if suffix == "usdz":
+        assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(source)), str(path))
+    else:
+        layer = Sdf.Layer.FindOrOpen(str(source))
+        assert layer.Export(str(path))
+    scene = load_stage(path)
+    assert scene.prims == ("/s",)
+    assert scene.source == str(path)
+
+
+def test_an_open_stage_is_read_as_it_is() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.Sphere.Define(stage, "/s")
+    before = stage.GetRootLayer().ExportToString()
+    assert load_stage(stage).prims == ("/s",)
+    assert stage.GetRootLayer().ExportToString() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("missing.usda", None),
+        ("empty.usda", b""),
+        ("garbage.usda", b"hello"),
+        ("broken.usda", b'#usda 1.0\ndef Sphere "s" {\n'),
+        ("latin.usda", b'#usda 1.0\ndef "a" {\n string s = "\xff\xfe"\n bad \xff }'),
+        ("garbage.usdc", b"PXR-USDC" + bytes(100)),
+        ("garbage.usdz", b"PK\x03\x04" + bytes(50)),
+        ("picture.png", b"\x89PNG"),
+        ("mesh.obj", b"v 0 0 0"),
+        ("framesPerSecond.usda", b"#usda 1.0\n(\n framesPerSecond = 0\n)\n"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_one_line(name: str, content: bytes | None, tmp_path: Path, capfd) -> None:
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(SceneError) as error:
+        load_stage(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 1000
+    captured = capfd.readouterr()
+    assert captured.out + captured.err == ""
+
+
+def test_a_folder_is_no_scene(tmp_path: Path) -> None:
+    with pytest.raises(SceneError):
+        open_stage(tmp_path)
+
+
+def test_composition_errors_are_named_and_nothing_is_printed(tmp_path: Path, capfd) -> None:
+    write(tmp_path / "broken.usda", "#usda 1.0\ndef garbage")
+    root = write(
+        tmp_path / "root.usda",
+        """#usda 1.0
+(
+    subLayers = [@./gone_layer.usda@]
+)
+def Xform "A" (references = @./gone.usda@) {
+}
+def Xform "A2" (references = @./gone.usda@) {
+}
+def Xform "B" (payload = @./gone_too.usda@) {
+}
+def Xform "C" (references = </Nowhere>) {
+}
+def Xform "D" (references = </D/E>) {
+    def "E" {
+    }
+}
+def Xform "F" (references = @./broken.usda@) {
+}
+def Sphere "s" {
+}
+""",
+    )
+    scene = load_stage(root)
+    assert scene.prims == ("/s",)
+    found = [(record.code, record.prim) for record in scene.diagnostics]
+    assert ("W501", "/A") in found
+    assert ("W501", "/A2") not in found  # the same file, counted in the message about /A
+    assert any("1 more" in record.message for record in scene.diagnostics if record.prim == "/A")
+    assert {("W501", "/B"), ("W502", "/C"), ("W503", "/D"), ("W501", "/F")} <= set(found)
+    assert any("gone_layer.usda" in record.message for record in scene.diagnostics)
+    assert all("\n" not in record.message and "0x" not in record.message for record in scene.diagnostics)
+    assert not any(record.code == "N920" for record in scene.diagnostics)
+    captured = capfd.readouterr()
+    assert captured.out + captured.err == ""
+
+
+# --- time
+
+
+@pytest.mark.parametrize(
+    ("metadata", "options", "expected"),
+    [
+        ("", {}, 0.0),
+        ("startTimeCode = 5", {}, 5.0),
+        ("startTimeCode = 9\nendTimeCode = 1", {}, 9.0),
+        ("startTimeCode = 5", {"time": -3.5}, -3.5),
+        ("startTimeCode = 5\ntimeCodesPerSecond = 0", {"default_time": True}, None),
+    ],
+)
+def test_time_is_the_one_given_or_the_stages_first(metadata: str, options: dict, expected: float | None) -> None:
+    assert load_stage(in_memory(metadata), **options).time == expected
+
+
+def test_times_that_mean_nothing_are_refused() -> None:
+    stage = in_memory()
+    for time, default_time in ((math.nan, False), (math.inf, False), (1.0, True)):
+        with pytest.raises(OptionError):
+            stage_time(stage, time, default_time, Report())
+
+
+# --- metadata
+
+
+@pytest.mark.parametrize(
+    ("metadata", "axis", "is_warned"),
+    [("", "Y", False), ('upAxis = "Z"', "Z", False), ('upAxis = "X"', "Y", True), ('upAxis = "up"', "Y", True)],
+)
+def test_up_axis(metadata: str, axis: str, is_warned: bool) -> None:
+    report = Report()
+    assert stage_up_axis(in_memory(metadata), report) == axis
+    assert [record.code for record in report] == ["W510"] * is_warned
+
+
+def test_meters_per_unit() -> None:
+    report = Report()
+    assert stage_meters_per_unit(in_memory(), report) == 0.01
+    assert stage_meters_per_unit(in_memory("metersPerUnit = 1"), report) == 1.0
+    assert len(report) == 0
+    assert stage_meters_per_unit(in_memory("metersPerUnit = -1"), report) == 0.01
+    assert [record.code for record in report] == ["W511"]
