@@ -79,7 +79,7 @@ def descend(
 
 @wp.func
 def intersect_triangles_one_by_one(
-    accel: AccelData, leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
+    accel: wp.ref[AccelData], leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
 ) -> int:
     """Return what ``intersect_triangles`` returns, by the scalar test that ``accel.intersector`` names."""
     nearest = int(-1)
@@ -119,7 +119,9 @@ def set_ray(target: wp.ref[PacketRay], source: PacketRay):
 
 
 @wp.func
-def traverse(accel: AccelData, origin: wp.vec3, direction: wp.vec3, t_max: float, is_any: bool, stack: Stack) -> Hit:
+def traverse(
+    accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, is_any: bool, stack: Stack
+) -> Hit:
     """Return the closest hit in [0, t_max), or the first one found if ``is_any``.
 
     One loop serves both levels: below an instance, the ray is the mesh's, and the stack's entries from ``base`` on.
@@ -179,7 +181,7 @@ def traverse(accel: AccelData, origin: wp.vec3, direction: wp.vec3, t_max: float
 
 
 @wp.func
-def closest_hit(accel: AccelData, origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> Hit:
+def closest_hit(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> Hit:
     """Return the hit of smallest t in [0, t_max), or a miss: ``instance`` -1 and t = t_max.
 
     Args:
@@ -193,6 +195,6 @@ def closest_hit(accel: AccelData, origin: wp.vec3, direction: wp.vec3, t_max: fl
 
 
 @wp.func
-def any_hit(accel: AccelData, origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> bool:
+def any_hit(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> bool:
     """Return whether anything is hit in [0, t_max); arguments as for ``closest_hit``."""
     return traverse(accel, origin, direction, t_max, True, stack).instance >= 0

@@ -163,10 +163,18 @@ def shear_axes(direction: wp.vec3) -> wp.vec3i:
 
 
 @wp.func
+def rotate_axes(v: wp.vec3, axes: wp.vec3i) -> wp.vec3:
+    """Return a vector's components in the order of ``shear_axes``; selecting is faster than indexing here."""
+    rotated = wp.where(axes[2] == 0, wp.vec3(v[1], v[2], v[0]), wp.vec3(v[2], v[0], v[1]))
+    return wp.where(axes[2] == 2, v, rotated)
+
+
+@wp.func
 def shear_factors(direction: wp.vec3, axes: wp.vec3i) -> wp.vec3:
     """Return (Sx, Sy, Sz): x - Sx z and y - Sy z turn the ray into the z axis, and z Sz measures t."""
-    scale = 1.0 / direction[axes[2]]
-    return wp.vec3(direction[axes[0]] * scale, direction[axes[1]] * scale, scale)
+    rotated = rotate_axes(direction, axes)
+    scale = 1.0 / rotated[2]
+    return wp.vec3(rotated[0] * scale, rotated[1] * scale, scale)
 
 
 @wp.func
@@ -182,18 +190,15 @@ def intersect_watertight(origin: wp.vec3, direction: wp.vec3, p0: wp.vec3, p1: w
     """
     axes = shear_axes(direction)
     shear = shear_factors(direction, axes)
-    a = p0 - origin
-    b = p1 - origin
-    c = p2 - origin
-    az = a[axes[2]]
-    bz = b[axes[2]]
-    cz = c[axes[2]]
-    ax = a[axes[0]] - shear[0] * az
-    ay = a[axes[1]] - shear[1] * az
-    bx = b[axes[0]] - shear[0] * bz
-    by = b[axes[1]] - shear[1] * bz
-    cx = c[axes[0]] - shear[0] * cz
-    cy = c[axes[1]] - shear[1] * cz
+    a = rotate_axes(p0 - origin, axes)
+    b = rotate_axes(p1 - origin, axes)
+    c = rotate_axes(p2 - origin, axes)
+    ax = a[0] - shear[0] * a[2]
+    ay = a[1] - shear[1] * a[2]
+    bx = b[0] - shear[0] * b[2]
+    by = b[1] - shear[1] * b[2]
+    cx = c[0] - shear[0] * c[2]
+    cy = c[1] - shear[1] * c[2]
     edge_u = cx * by - cy * bx
     edge_v = ax * cy - ay * cx
     edge_w = bx * ay - by * ax
@@ -202,7 +207,7 @@ def intersect_watertight(origin: wp.vec3, direction: wp.vec3, p0: wp.vec3, p1: w
     determinant = edge_u + edge_v + edge_w
     if not ((least >= 0.0 or greatest <= 0.0) and determinant != 0.0):
         return triangle_miss()
-    t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear[2] / determinant)
+    t = (edge_u * a[2] + edge_v * b[2] + edge_w * c[2]) * (shear[2] / determinant)
     if not (t >= 0.0):
         return triangle_miss()
     inverse = 1.0 / determinant

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Entry kernels of ray queries on arrays: one thread a ray."""
+"""Entry kernels of ray queries on arrays: one thread a ray.
+
+The hierarchy comes as an array of one: a struct argument would be copied for each ray.
+"""
 
 import warp as wp
 
@@ -12,7 +15,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 @wp.kernel
 def query_closest_hit(
-    accel: AccelData,
+    accels: wp.array[AccelData],
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
@@ -28,7 +31,7 @@ def query_closest_hit(
     thread = wp.tid()
     i = first + thread
     end = t_max[wp.min(i, t_max.shape[0] - 1)]
-    hit = closest_hit(accel, origins[i], directions[i], end, stack_of_thread(stacks, thread))
+    hit = closest_hit(accels[0], origins[i], directions[i], end, stack_of_thread(stacks, thread))
     t_out[i] = wp.where(hit.instance >= 0, hit.t, wp.inf)
     u_out[i] = hit.u
     v_out[i] = hit.v
@@ -38,7 +41,7 @@ def query_closest_hit(
 
 @wp.kernel
 def query_any_hit(
-    accel: AccelData,
+    accels: wp.array[AccelData],
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
@@ -50,4 +53,4 @@ def query_any_hit(
     thread = wp.tid()
     i = first + thread
     end = t_max[wp.min(i, t_max.shape[0] - 1)]
-    blocked_out[i] = any_hit(accel, origins[i], directions[i], end, stack_of_thread(stacks, thread))
+    blocked_out[i] = any_hit(accels[0], origins[i], directions[i], end, stack_of_thread(stacks, thread))

@@ -65,6 +65,8 @@ class Accel:
     """Coordinates that the device works in."""
     data: AccelData
     """What kernels take; valid as long as this object lives."""
+    table: wp.array
+    """``data`` on the device: an array of one, which a launch does not copy for each ray."""
     device: str
     """Warp's name of it: ``cpu`` or ``cuda:N``."""
     stack_size: int
@@ -120,7 +122,8 @@ def build_accel(
         data.root = int(host.instances["root"][0])
         data.only_instance = 0
     data.intersector = _INTERSECTORS[intersector]
-    return Accel(scene, placement, data, device, host.stack_size, host.statistics)
+    table = wp.array([data], dtype=AccelData, device=device)
+    return Accel(scene, placement, data, table, device, host.stack_size, host.statistics)
 
 
 def make_stacks(accel: Accel, rows: int = 1) -> Stacks:

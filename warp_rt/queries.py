@@ -177,7 +177,7 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
         # It does not keep its arguments alive: the stacks go with it.
         stacks = make_stacks(accel, 1 if is_cpu else min(tile, rays.count))
-        inputs = [accel.data, rays.origins, rays.directions, rays.t_max, stacks, 0]
+        inputs = [accel.table, rays.origins, rays.directions, rays.t_max, stacks, 0]
         command = wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True)
         return command, stacks
 
