@@ -78,8 +78,8 @@ def make_shape(key: tuple[object, ...]) -> Mesh:
     if kind == "Cube":
         return _cube()
     if kind == "Plane":
-        square = np.float32([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-        return Mesh(square, np.int32([(0, 1, 2), (0, 2, 3)]), face_ids=np.int32([0, 0]))
+        square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], np.float32)
+        return Mesh(square, np.array([(0, 1, 2), (0, 2, 3)], np.int32), face_ids=np.zeros(2, np.int32))
     bottom, top, half_height = (float(ratio) for ratio in ratios)  # type: ignore[arg-type]
     return _revolve(_outline(kind == "Capsule", bottom, top, half_height))
 

@@ -60,8 +60,10 @@ def load_stage(
     """
     report = Report()
     with captured_warnings(report):
-        is_open = isinstance(path_or_stage, Usd.Stage)
-        stage = path_or_stage if is_open else open_stage(path_or_stage)
+        if isinstance(path_or_stage, Usd.Stage):
+            stage, source = path_or_stage, path_or_stage.GetRootLayer().identifier
+        else:
+            stage, source = open_stage(path_or_stage), os.fspath(path_or_stage)
         report_composition(stage, report)
         code = stage_time(stage, time, default_time, report)
         settings, settings_purposes = read_settings(stage, report, settings_path)
@@ -88,7 +90,7 @@ def load_stage(
         settings=settings,
         up_axis=up_axis,
         meters_per_unit=meters_per_unit,
-        source=stage.GetRootLayer().identifier if is_open else os.fspath(path_or_stage),
+        source=source,
         time=None if code.IsDefault() else code.GetValue(),
         diagnostics=tuple(report),
     )

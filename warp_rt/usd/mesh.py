@@ -172,7 +172,7 @@ def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) 
         return normals
     if normals.indices is None:
         return None
-    values = np.where(is_zero[:, None], np.float32([0, 0, 1]), normals.values)
+    values = np.where(is_zero[:, None], np.array([0, 0, 1], np.float32), normals.values)
     broken = np.flatnonzero(is_zero[normals.indices].any(axis=1))
     if not len(broken):
         return Primvar(values, normals.indices)
@@ -217,7 +217,7 @@ def _mix(words: np.ndarray) -> np.ndarray:
 
 def _read_arrays(schema: UsdGeom.Mesh, time: Usd.TimeCode, report: Report) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points [n, 3], face vertex counts and indices; of no length where one is absent or of a wrong type."""
-    found = []
+    found: list[np.ndarray | None] = []
     for attribute in (schema.GetPointsAttr(), schema.GetFaceVertexCountsAttr(), schema.GetFaceVertexIndicesAttr()):
         value = attribute.Get(time)
         array = integers(value) if found else vector_rows(value, 3)

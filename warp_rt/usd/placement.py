@@ -135,11 +135,11 @@ class GroupBuilder:
             if group.weight:
                 matrices = np.stack([matrix for matrix, _, _ in copies])
                 names = [name for _, name, _ in copies]
-                inherited = {key: _stack_padded([values[key] for _, _, values in copies]) for key in copies[0][2]}
-                yield _copied(group.build(), matrices, names, inherited, {}, self._mesh_primvars)
-        for group, matrices, names, inherited, given in self._batches:
-            if group.weight:
-                yield _copied(group.build(), matrices, names, inherited, given, self._mesh_primvars)
+                values = {key: _stack_padded([inherited[key] for _, _, inherited in copies]) for key in copies[0][2]}
+                yield _copied(group.build(), matrices, names, values, {}, self._mesh_primvars)
+        for batch in self._batches:
+            if batch[0].weight:
+                yield _copied(batch[0].build(), *batch[1:], self._mesh_primvars)
 
     def _joined(self, chunks: list[Group]) -> Group:
         counts = [len(chunk) for chunk in chunks]

@@ -158,6 +158,8 @@ class StageWalk:
             children = prim.GetFilteredChildren(passed_on.predicate)
             if children and passed_on.depth > self._limits.depth:
                 raise LimitError(f"{prim.GetPath()}: prims nested more than {self._limits.depth} deep")
+            if children:
+                passed_on = self._below(prim, passed_on)
             pending.extend((child, passed_on) for child in reversed(children))
         self._nesting -= 1
         return builder
@@ -200,15 +202,13 @@ class StageWalk:
             if is_shown:
                 self._add_shape(prim, here, builder)
         elif kind == "PointInstancer":
-            if prim.IsInstance() or not is_shown:
-                return None
-            self._add_point_instances(prim, self._below(prim, here), builder)
+            if is_shown:
+                self._add_point_instances(prim, self._below(prim, here), builder)
             return None  # prototypes are often its children, and are not drawn by themselves
         elif traits.is_boundable and is_shown and kind not in _NOT_GEOMETRY and not is_light(prim):
             self._report.warn(UNSUPPORTED, prim.GetPath(), f"{kind} is not supported yet: left out")
-        here = self._below(prim, here)
         if prim.IsInstance():
-            self._add_native_instance(prim, here, builder)
+            self._add_native_instance(prim, self._below(prim, here), builder)
             return None
         return here
 
