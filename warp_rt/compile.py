@@ -43,4 +43,7 @@ def warmup(device: str = "auto", *, on_compile: Callable[[], None] | None = None
     """Compile every kernel for a device, so that no later render waits for it."""
     name = resolve_device(device)
     for info in pkgutil.iter_modules(warp_rt.kernels.__path__):
-        load_kernels(info.name, device=name, on_compile=on_compile)
+        file = importlib.import_module(f"warp_rt.kernels.{info.name}")
+        kernels = [member for member in vars(file).values() if isinstance(member, wp.Kernel)]
+        if any(kernel.func.__module__ == file.__name__ for kernel in kernels):
+            load_kernels(info.name, device=name, on_compile=on_compile)

@@ -191,8 +191,8 @@ def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int
         for k, name in enumerate(names):
             source = material.inputs.get(name)
             if source is None:
-                value = defaults[name]
-                source = Input((*value, *[0.0] * (4 - len(value))))
+                x, y, z = (*defaults[name], 0.0, 0.0)[:3]
+                source = Input((x, y, z, 0.0))
             primvar = slots[source.primvar] if source.primvar else -1
             row[k] = (source.value, source.texture, primvar, source.channel)
     data.inputs = pack.array(inputs.reshape(-1), structs.InputData)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,10 +34,3 @@ def kernel_cache() -> Path:
     """Return the folder in which compiled kernels are kept."""
     init_warp()
     return Path(str(wp.config.kernel_cache_dir))  # initialising has set it
-
-
-def core_count() -> int:
-    """Return how many CPU cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -103,8 +103,9 @@ class Film:
     instance_paths: tuple[str, ...] = ()
     """Path of each instanceId."""
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
-    camera: str = ""
-    """Path of the camera; empty where the scene was framed."""
+    facts: Mapping[str, object] = field(default_factory=dict)
+    """How it was made: source, camera, time, integrator, spp, seed, depth, threshold. No clock: equal renders, equal
+    files."""
 
     @property
     def color(self) -> np.ndarray:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -29,6 +28,7 @@ from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, RenderOptions
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Material, MaterialModel, Scene
 from warp_rt.warp_setup import init_warp, resolve_device
+from warp_rt.workers import default_thread_count
 
 _BLACK = (0.0, 0.0, 0.0)
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
@@ -72,7 +72,7 @@ class Renderer:
         self.device = resolve_device(device)
         self.scene = scene
         self.options = _resolve(options or RenderOptions(), scene)
-        self.threads = self.options.threads or _core_count()
+        self.threads = self.options.threads or default_thread_count()
         self.seconds = {"upload": 0.0, "build": 0.0, "compile": 0.0, "render": 0.0}
         """Wall-clock seconds spent on each stage so far."""
         self.diagnostics: tuple[Diagnostic, ...] = ()
@@ -142,7 +142,7 @@ class Renderer:
         scratch = [self._scratch(rows) for _ in range(workers)]
 
         # Arrays of one, see render_tile.
-        shared = [
+        shared: list[wp.array] = [
             wp.array([struct], dtype=dtype, device=self.device)
             for struct, dtype in (
                 (self._device_scene.data, structs.SceneData),
@@ -194,8 +194,14 @@ class Renderer:
             prims=self.scene.prims,
             instance_paths=self.scene.instance_paths,
             labels=self.scene.labels,
-            camera=camera.path,
+            facts=_facts(self.scene, self.options, camera),
         )
+
+
+def _facts(scene: Scene, options: RenderOptions, camera: Camera) -> dict[str, object]:
+    facts: dict[str, object] = {"source": scene.source, "camera": camera.path, "time": scene.time}
+    facts |= {name: getattr(options, name) for name in ("integrator", "spp", "seed", "depth", "threshold")}
+    return {name: value for name, value in facts.items() if value not in (None, "")}
 
 
 class _clock:
@@ -209,13 +215,6 @@ class _clock:
 
     def __exit__(self, *exception: object) -> None:
         self._seconds[self._stage] += time.perf_counter() - self._start
-
-
-def _core_count() -> int:
-    """Return how many CPU cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _resolve(options: RenderOptions, scene: Scene) -> RenderOptions:

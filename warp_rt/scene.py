@@ -357,9 +357,7 @@ class Scene:
         matrix = np.eye(4) if world_from_local is None else np.asarray(world_from_local, float)
         if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) == 0:
             raise SceneError("world_from_local: an invertible 4 x 4 matrix expected")
-        mesh = Mesh(
-            vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles)
-        )
+        mesh = Mesh(vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles))
         row = np.zeros(1, np.int32)
         return Scene(
             meshes=(mesh,) if len(triangles) else (),

@@ -33,6 +33,7 @@ def film():
     depth = np.where(x > 0, x + 10 * y, np.float32(np.inf))
     ids = np.where(x > 0, (y % 2), -1).astype(np.int32)
     return SimpleNamespace(
+        facts={},
         aovs={
             "color": color,
             "alpha": alpha,
@@ -51,7 +52,8 @@ FACTS = {"source": "scene.usda", "camera": "/World/Camera", "spp": 4, "seed": 7}
 
 
 def test_png_has_straight_alpha_and_says_how_it_was_made(film, tmp_path):
-    Image(film, metadata=FACTS).save(tmp_path / "a.png")
+    film.facts = FACTS
+    Image(film).save(tmp_path / "a.png")
     with PillowImage.open(tmp_path / "a.png") as picture:
         assert (picture.mode, picture.size) == ("RGBA", (WIDTH, HEIGHT))
         text = picture.text
@@ -83,7 +85,8 @@ def test_png_declares_its_colour_space(film, tmp_path, tonemap, present, absent)
 def test_metadata_may_hold_any_file_name(film, tmp_path):
     names = {"source": "szene-ä-雪.usda", "camera": os.fsdecode(b"/bad\xff")}
     for extension in ("png", "jpg", "exr"):
-        Image(film, metadata=names).save(tmp_path / f"a.{extension}")
+        film.facts = names
+        Image(film).save(tmp_path / f"a.{extension}")
     assert PillowImage.open(tmp_path / "a.png").text["Source"] == "szene-ä-雪.usda"
 
 
@@ -91,7 +94,8 @@ def test_jpeg_stands_over_black(film, tmp_path):
     # One colour all over, so that the coding's loss is no more than rounding.
     half = np.full((8, 8), 0.5, np.float32)
     film.aovs = {"color": half[..., None] * np.float32([0.8, 0.4, 0.2]), "alpha": half}
-    Image(film, tonemap="raw", metadata=FACTS).save(tmp_path / "a.jpg")
+    film.facts = FACTS
+    Image(film, tonemap="raw").save(tmp_path / "a.jpg")
     with PillowImage.open(tmp_path / "a.jpg") as picture:
         pixels = np.asarray(picture).astype(int)
         assert b"camera: /World/Camera" in picture.info["comment"]
@@ -100,7 +104,8 @@ def test_jpeg_stands_over_black(film, tmp_path):
 
 
 def test_exr_holds_exactly_what_was_computed(film, tmp_path):
-    Image(film, exposure=3.0, metadata=FACTS).save(tmp_path / "a.exr")
+    film.facts = FACTS
+    Image(film, exposure=3.0).save(tmp_path / "a.exr")
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
         header = dict(file.header())  # the file empties its own when it closes

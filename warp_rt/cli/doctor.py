@@ -33,13 +33,14 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _findings() -> dict[str, Any]:
-    from warp_rt.devices import core_count, kernel_cache, list_devices
+    from warp_rt.devices import kernel_cache, list_devices
+    from warp_rt.workers import default_thread_count
 
     cache = kernel_cache()
     return {
         "versions": versions(),
         "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
-        "threads": core_count(),
+        "threads": default_thread_count(),
         "devices": [vars(device) for device in list_devices()],
         "kernel_cache": {"path": str(cache), "bytes": _size_of(cache)},
     }

@@ -26,8 +26,6 @@ from warp_rt.options import AOVS, BUILDERS, INTEGRATORS, INTERSECTORS, SHADOWS, 
 from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
-    from warp_rt.film import Film
-    from warp_rt.renderer import Renderer
     from warp_rt.scene import Scene
 
 COMPLEXITIES = ("low", "medium", "high", "veryhigh")
@@ -253,8 +251,7 @@ def _render(args: argparse.Namespace, options: RenderOptions, shot: _Shot, voice
     voice.diagnostics(renderer.diagnostics)
 
     write = time.perf_counter()
-    facts = _facts(renderer, film)
-    outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap, metadata=facts).save(shot.output)
+    outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output)
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
     return frame_summary(renderer, film, outputs, seconds, [*diagnostics, *renderer.diagnostics])
@@ -279,11 +276,3 @@ def _spare_inputs(scene: Scene, outputs: Iterable[Path]) -> None:
     for output in outputs:
         if os.path.realpath(output) in inputs:
             raise OutputError(f"{output}: the scene reads this file; choose another name with -o")
-
-
-def _facts(renderer: Renderer, film: Film) -> dict[str, object]:
-    """Return what the files' headers say about how the picture was made; no clock, so that files compare equal."""
-    options, scene = renderer.options, renderer.scene
-    facts: dict[str, object] = {"source": scene.source, "camera": film.camera, "time": scene.time}
-    facts |= {key: getattr(options, key) for key in ("integrator", "spp", "seed", "depth", "threshold")}
-    return {key: value for key, value in facts.items() if value not in (None, "")}

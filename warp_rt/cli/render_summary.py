@@ -32,7 +32,7 @@ def frame_summary(
         "outputs": [str(path) for path in outputs],
         "width": film.width,
         "height": film.height,
-        "camera": film.camera,
+        "camera": film.facts.get("camera", ""),
         "spp": options.spp,
         "integrator": options.integrator,
         "depth": options.depth,

@@ -42,6 +42,10 @@ class FilmLike(Protocol):
     def labels(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
         """Semantic labels by prim path and taxonomy."""
 
+    @property
+    def facts(self) -> Mapping[str, object]:
+        """What the files' headers say about how it was made, such as source, camera, spp and seed."""
+
 
 class Image:
     """A film, developed: how it is exposed and toned, and what is known about its making.
@@ -56,7 +60,6 @@ class Image:
         *,
         exposure: float = 0.0,
         tonemap: str = "srgb",
-        metadata: Mapping[str, object] | None = None,
     ) -> None:
         """Wrap a film.
 
@@ -64,7 +67,6 @@ class Image:
             film: The rendered AOVs.
             exposure: Stops, for display values only; files of linear values keep what was computed.
             tonemap: ``srgb``, or ``raw`` for display values without a curve.
-            metadata: Facts for the files' headers, such as source, camera, spp and seed.
 
         Raises:
             OptionError: The exposure or the tone map cannot be used.
@@ -73,7 +75,6 @@ class Image:
         self.film = film
         self.exposure = exposure
         self.tonemap = tonemap
-        self.metadata = dict(metadata or {})
 
     @property
     def linear(self) -> np.ndarray:
@@ -138,7 +139,7 @@ class Image:
     def _save_picture(self, path: Path) -> None:
         kind = format_of(path)
         if kind == "exr":
-            facts = {**self.metadata, "colorspace": "linear Rec.709"}
+            facts = {**self.film.facts, "colorspace": "linear Rec.709"}
             write_exr(path, self.film.aovs, software=_software(), metadata=facts)
         elif kind == "jpeg":
             write_bytes(path, self._encode_jpeg(path))
@@ -147,7 +148,7 @@ class Image:
 
     def _display_facts(self) -> dict[str, object]:
         colorspace = "sRGB" if self.tonemap == "srgb" else "linear Rec.709"
-        return {**self.metadata, "exposure": self.exposure, "colorspace": colorspace}
+        return {**self.film.facts, "exposure": self.exposure, "colorspace": colorspace}
 
     def _encode_jpeg(self, path: Path) -> bytes:
         if max(self.width, self.height) > MAX_SIDE:
