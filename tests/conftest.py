@@ -1,0 +1,19 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures that all tests share."""
+
+from __future__ import annotations
+
+import pytest
+
+from warp_rt.errors import DeviceError
+from warp_rt.warp_setup import resolve_device
+
+
+@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.cuda)])
+def device(request: pytest.FixtureRequest) -> str:
+    """Each device in turn; a GPU that is not there is skipped."""
+    try:
+        return resolve_device(request.param)
+    except DeviceError as error:
+        pytest.skip(str(error))

@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The native tests of eight boxes and eight triangles against their plain twins, lane by lane and bit by bit."""
+
+import numpy as np
+import warp as wp
+
+from warp_rt.kernels.intersect_packet import (
+    intersect_boxes,
+    intersect_boxes_plain,
+    intersect_triangles,
+    intersect_triangles_plain,
+    lowest_bit,
+    make_packet_ray,
+)
+from warp_rt.warp_setup import init_warp
+
+init_warp()
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+COUNT = 20_000
+
+
+@wp.kernel
+def compare_boxes(
+    nodes: wp.array[float],
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    masks_out: wp.array2d[int],
+    distances_out: wp.array3d[float],
+):
+    i = wp.tid()
+    ray = make_packet_ray(origins[i], directions[i])
+    masks_out[0, i] = intersect_boxes(nodes, i, ray, t_max[i], distances_out[0, i])
+    masks_out[1, i] = intersect_boxes_plain(nodes, i, ray, t_max[i], distances_out[1, i])
+
+
+@wp.kernel
+def compare_triangles(
+    leaves: wp.array[float],
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    lanes_out: wp.array2d[int],
+    tuv_out: wp.array3d[float],
+):
+    i = wp.tid()
+    ray = make_packet_ray(origins[i], directions[i])
+    lanes_out[0, i] = intersect_triangles(leaves, i, ray, t_max[i], tuv_out[0, i])
+    lanes_out[1, i] = intersect_triangles_plain(leaves, i, ray, t_max[i], tuv_out[1, i])
+
+
+@wp.kernel
+def list_lowest_bits(masks: wp.array[int], bits_out: wp.array[int]):
+    i = wp.tid()
+    bits_out[i] = lowest_bit(masks[i])
+
+
+def launch(kernel, records: np.ndarray, rays: list[np.ndarray], width: int, device: str):
+    out = wp.zeros((2, COUNT), dtype=int, device=device)
+    values = wp.zeros((2, COUNT, width), dtype=float, device=device)
+    arrays = [wp.array(records.reshape(-1).astype(np.float32), dtype=float, device=device)]
+    arrays += [wp.array(v.astype(np.float32), dtype=wp.vec3, device=device) for v in rays[:2]]
+    arrays += [wp.array(rays[2].astype(np.float32), dtype=float, device=device)]
+    wp.launch(kernel, COUNT, inputs=arrays, outputs=[out, values], device=device)
+    return out.numpy(), values.numpy()
+
+
+def random_rays(rng: np.random.Generator) -> list[np.ndarray]:
+    """Return rays inwards, some along axes, some starting on the planes of integer coordinates, some cut short."""
+    origins = rng.uniform(-2, 2, (COUNT, 3))
+    directions = (0.5 * rng.normal(size=(COUNT, 3)) - origins) * rng.choice([0, 1, 1, 1], (COUNT, 3))
+    snap = rng.uniform(size=COUNT) < 0.3
+    origins[snap] = np.round(origins[snap])
+    t_max = rng.choice([np.inf, 2.0, 0.3], COUNT)
+    origins[:5, 0] = np.nan
+    directions[5:10] = 0
+    return [origins, directions, t_max]
+
+
+def test_boxes(device: str) -> None:
+    rng = np.random.default_rng(1)
+    corners = rng.uniform(-2, 2, (COUNT, 2, 3, 8))
+    corners = np.where(rng.uniform(size=(COUNT, 1, 1, 1)) < 0.3, np.round(corners), corners)
+    nodes = np.zeros((COUNT, 64))
+    nodes[:, :24], nodes[:, 24:48] = corners.min(axis=1).reshape(-1, 24), corners.max(axis=1).reshape(-1, 24)
+    empty = rng.uniform(size=(COUNT, 1, 8)) < 0.2
+    nodes[:, :48] = np.where(np.repeat(empty, 6, axis=1), np.repeat([np.inf, -np.inf], 3)[:, None],
+                             nodes[:, :48].reshape(-1, 6, 8)).reshape(-1, 48)  # fmt: skip
+    masks, distances = launch(compare_boxes, nodes, random_rays(rng), 8, device)
+    np.testing.assert_array_equal(masks[0], masks[1])
+    assert 0.05 < np.mean([bin(m).count("1") for m in masks[0]]) / 8 < 0.6
+    lanes = (masks[0][:, None] >> np.arange(8)) & 1 == 1
+    assert not (lanes & empty[:, 0]).any()
+    np.testing.assert_array_equal(distances[0][lanes], distances[1][lanes])
+
+
+def test_triangles(device: str) -> None:
+    rng = np.random.default_rng(2)
+    leaves = np.zeros((COUNT, 80))
+    center = rng.uniform(-1.5, 1.5, (COUNT, 1, 3, 8))
+    leaves[:, :72] = (center + rng.normal(size=(COUNT, 3, 3, 8))).reshape(COUNT, 72)
+    empty = np.arange(8) >= rng.integers(1, 9, (COUNT, 1))
+    leaves[:, :72] = np.where(np.repeat(empty[:, None], 9, axis=1).reshape(COUNT, 72), np.nan, leaves[:, :72])
+    lanes, tuv = launch(compare_triangles, leaves, random_rays(rng), 4, device)
+    np.testing.assert_array_equal(lanes[0], lanes[1])
+    np.testing.assert_array_equal(tuv[0], tuv[1])
+    hit = lanes[0] >= 0
+    assert 0.1 < hit.mean() < 0.9
+    assert not empty[np.flatnonzero(hit), lanes[0][hit]].any()
+    assert (lanes[0][:10] == -1).all()  # NaN origins and zero directions
+
+
+def test_lowest_bit(device: str) -> None:
+    masks = np.arange(1, 256, dtype=np.int32)
+    bits = wp.empty(len(masks), dtype=int, device=device)
+    wp.launch(list_lowest_bits, len(masks), inputs=[wp.array(masks, device=device)], outputs=[bits], device=device)
+    np.testing.assert_array_equal(bits.numpy(), [(int(m) & -int(m)).bit_length() - 1 for m in masks])
