@@ -62,7 +62,7 @@ MATERIALS = {
             "specular": (0.6, 0.6, 0.6),
             "shininess": 200.0,
             "reflection": (0.10, 0.10, 0.10),
-            "transmission": (0.86, 0.90, 0.88),
+            "transmission": (0.88, 0.88, 0.88),
             "ior": 1.5,
         },
         {"diffuseColor": (0.0, 0.0, 0.0), "roughness": 0.0, "opacity": 0.1, "ior": 1.5},

@@ -1,0 +1,17 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Render a stage to a picture: the lecture's mirror and teapot.
+
+python examples/01_render.py [picture.png]
+"""
+
+import sys
+from pathlib import Path
+
+import warp_rt
+
+STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+
+image = warp_rt.render(STAGE, width=480, depth=7)
+image.save(sys.argv[1] if len(sys.argv) > 1 else "mirror_teapot.png")
+print(f"{image.width} x {image.height} pixels, mean colour {image.linear.mean(axis=(0, 1)).round(3)}")

@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Depth, normals and ids as NumPy arrays: how much of the picture each prim covers, and how far away it is.
+
+python examples/03_aovs.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import warp_rt
+
+STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+
+scene = warp_rt.load_scene(STAGE)
+renderer = warp_rt.Renderer(scene, warp_rt.RenderOptions(width=320, aovs=("color", "depth", "normal", "primId")))
+film = renderer.render()
+
+ids, depth, normal = film.aovs["primId"], film.aovs["depth"], film.aovs["normal"]
+for prim in np.unique(ids):
+    here = ids == prim
+    if prim < 0:
+        print(f"{here.mean():6.1%}  nothing")
+    else:
+        nearest, up = depth[here].min(), (normal[here][:, 2] > 0.99).mean()
+        print(f"{here.mean():6.1%}  {film.prims[prim]}: from {nearest:.1f} units away, {up:.0%} of it level")

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Every example runs as its docstring says, is short, and prints what it is about; every scene of ours is clean."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Usd, Vt
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("[0-9][0-9]_*.py"))
+SCENES = sorted((ROOT / "scenes").glob("*.usda"))
+LONGEST = 60  # lines
+
+WORDS = {
+    "01_render.py": "480 x 360 pixels",
+    "02_depth_series.py": "depth 7:",
+    "03_aovs.py": "/World/Teapot",
+    "04_from_arrays.py": "18050 triangles",
+    "05_rays.py": "ways are blocked",
+    "06_kernels.py": "refracted to 28.13 degrees",
+}
+PICTURES = {"01_render.py": {"mirror_teapot.png"}, "04_from_arrays.py": {"waves.png"}}
+PICTURES["02_depth_series.py"] = {f"depth_series/depth_{depth}.png" for depth in range(1, 8)}
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_example(example: Path, tmp_path: Path) -> None:
+    run = subprocess.run([sys.executable, str(example)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert WORDS[example.name] in run.stdout
+    written = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert written == PICTURES.get(example.name, set())
+    for name in written:
+        with Image.open(tmp_path / name) as picture:
+            low, high = picture.convert("L").getextrema()
+        assert low < high, f"{name} is a single grey"
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_example_is_short(example: Path) -> None:
+    assert len(example.read_text(encoding="utf-8").splitlines()) < LONGEST
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.name)
+def test_scene_renders_without_a_warning(scene: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "warp_rt", "render", str(scene), "-o", "out.png", "-w", "64", "--strict", "--json"]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert [record for record in json.loads(run.stdout)["warnings"] if record["code"].startswith("W")] == []
+
+
+def test_every_scene_is_in_the_readme() -> None:
+    text = (ROOT / "scenes" / "README.md").read_text(encoding="utf-8")
+    assert [path.name for path in SCENES if f"`{path.name}`" not in text] == []
+
+
+def test_mirror_teapot_is_what_its_script_writes(tmp_path: Path) -> None:
+    """So that other tessellations are the same scene. Numbers may differ by what processors round differently."""
+    path = tmp_path / "mirror_teapot.usda"
+    subprocess.run([sys.executable, str(ROOT / "scenes" / "make_mirror_teapot.py"), str(path)], check=True)
+    written, kept = Usd.Stage.Open(str(path)), Usd.Stage.Open(str(ROOT / "scenes" / "mirror_teapot.usda"))
+    assert [prim.GetPath() for prim in written.TraverseAll()] == [prim.GetPath() for prim in kept.TraverseAll()]
+    for prim in written.TraverseAll():
+        for attribute in prim.GetAuthoredAttributes():
+            other = kept.GetAttributeAtPath(attribute.GetPath()).Get()
+            if isinstance(other, (bool, str, type(None))):
+                assert attribute.Get() == other, attribute.GetPath()
+            elif isinstance(other, Vt.TokenArray):
+                assert list(attribute.Get()) == list(other)
+            else:
+                np.testing.assert_allclose(attribute.Get(), other, atol=1e-6, err_msg=str(attribute.GetPath()))
+    assert (ROOT / "scenes" / "mirror_teapot.usda").stat().st_size < 1 << 20
