@@ -21,12 +21,12 @@ from warp_rt.forest import (
     refer_to_boxes,
     refer_to_triangles,
 )
-from warp_rt.kernels import constants
+from warp_rt.kernels import bvh_build, bvh_collapse, constants
 from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, StackEntry, Stacks
 from warp_rt.options import BUILDERS, INTERSECTORS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import Mesh, Scene
-from warp_rt.warp_setup import init_warp, resolve_device
+from warp_rt.warp_setup import init_warp, load_module, resolve_device
 from warp_rt.workers import Workers
 
 _INTERSECTORS = {
@@ -110,6 +110,8 @@ def build_accel(
         raise OptionError(f"threads: {threads} is less than 1")
     init_warp()
     device = resolve_device(device)
+    for module in (bvh_build, bvh_collapse):
+        load_module(module, "cpu")
     placement = place_scene(scene)
     host = _build(scene, placement, bvh, Workers(threads))
     data = AccelData()

@@ -12,8 +12,9 @@ import warp as wp
 
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
+from warp_rt.kernels import query
 from warp_rt.kernels.bvh_structs import Stacks
-from warp_rt.kernels.query import query_any_hit, query_closest_hit
+from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
 _CPU_TILE = 8192  # rays of one launch: about a millisecond, so that threads finish together and Ctrl-C is heard
@@ -63,7 +64,7 @@ def closest_hit(
     """
     rays = _Rays(accel, origins, directions, t_max)
     arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
-    _launch(accel, query_closest_hit, rays, list(arrays.values()), threads)
+    _launch(accel, query.query_closest_hit, rays, list(arrays.values()), threads)
     return Hits(**{name: rays.result(getattr(out, name, None), array) for name, array in arrays.items()})
 
 
@@ -79,7 +80,7 @@ def any_hit(
     """Return whether each ray hits anything in [0, t_max): bool, shape [n]. Arguments as for ``closest_hit``."""
     rays = _Rays(accel, origins, directions, t_max)
     blocked = rays.output(out, "out", wp.bool)
-    _launch(accel, query_any_hit, rays, [blocked], threads)
+    _launch(accel, query.query_any_hit, rays, [blocked], threads)
     return rays.result(out, blocked)
 
 
@@ -167,6 +168,7 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         raise OptionError(f"threads: {threads} is less than 1")
     if rays.count == 0:
         return
+    load_module(query, accel.device)
     is_cpu = accel.device == "cpu"
     tile = _CPU_TILE if is_cpu else _GPU_TILE
     starts = range(0, rays.count, tile)

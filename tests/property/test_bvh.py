@@ -192,7 +192,7 @@ def test_cost_ranks_the_builders() -> None:
 def test_cost_of_a_known_tree() -> None:
     """Two unit cubes far apart, 12 triangles each: the root, and two packets below it for either of them."""
     points, triangles = cube()
-    both = np.concatenate([points, points + [100.0, 0, 0]]), np.concatenate([triangles, triangles + 8])
+    both = np.concatenate([points, points + np.array([100.0, 0, 0])]), np.concatenate([triangles, triangles + 8])
     accel = warp_rt.build_accel(Scene.from_arrays(*both))
     reader = Reader(accel)
     nodes, _, _, _ = reader.walk(accel.data.root)
