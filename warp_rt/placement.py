@@ -57,7 +57,7 @@ def _mesh_origin(points: np.ndarray) -> np.ndarray:
     """Return the local origin, unless points lie beyond 8 times their extent from it; then the centre of their box."""
     if not len(points):
         return np.zeros(3)
-    low, high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
+    low, high = (np.array([f(c) for c in points.T], float) for f in (np.min, np.max))
     center = (low + high) / 2
     if np.abs(center).max() <= 8 * np.linalg.norm(high - low):
         return np.zeros(3)
