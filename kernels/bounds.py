@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .constants import MIN_DIRECTION, SLAB_SCALE
+from .constants import MAX_DIRECTION, MIN_DIRECTION, SLAB_SCALE
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -38,14 +38,14 @@ def widest_axis(extent: wp.vec3) -> int:
 
 @wp.func
 def safe_inverse(component: float) -> float:
-    """Return 1 / component, finite also where it is zero or minute."""
-    magnitude = wp.max(wp.abs(component), MIN_DIRECTION)
+    """Return 1 / component, but neither infinite nor zero, however small or large it is."""
+    magnitude = wp.clamp(wp.abs(component), MIN_DIRECTION, MAX_DIRECTION)
     return 1.0 / wp.where(component < 0.0, -magnitude, magnitude)
 
 
 @wp.func
 def inverse_direction(direction: wp.vec3) -> wp.vec3:
-    """Return 1 / direction by component, finite also where a component is zero or minute."""
+    """Return 1 / direction by component, each finite and not zero: no plane times it is NaN."""
     return wp.vec3(safe_inverse(direction[0]), safe_inverse(direction[1]), safe_inverse(direction[2]))
 
 

@@ -103,7 +103,10 @@ def intersect_triangles_one_by_one(
 
 @wp.func
 def is_ray_finite(origin: wp.vec3, direction: wp.vec3) -> bool:
-    """Return whether no component is inf or NaN: one of them would make every box pass."""
+    """Return whether no component is inf or NaN, nor so big that their sum is.
+
+    Nothing else may be traversed: NaN makes the boxes of empty lanes pass, whose children do not exist.
+    """
     total = origin[0] + origin[1] + origin[2] + direction[0] + direction[1] + direction[2]
     return total - total == 0.0
 
@@ -155,11 +158,13 @@ def traverse(
             node, top = descend(accel.nodes, node, ray, hit.t, stack, top, distances)
             if node < 0:
                 if instance < 0:
-                    instance = -1 - node
-                    base = top
-                    set_ray(ray, transform_ray(accel.instances[instance], world_ray))
-                    push(stack, top, accel.instances[instance].root, t_entry)
-                    top += 1
+                    local_ray = transform_ray(accel.instances[-1 - node], world_ray)
+                    if is_ray_finite(local_ray.origin, local_ray.direction):
+                        instance = -1 - node
+                        base = top
+                        set_ray(ray, local_ray)
+                        push(stack, top, accel.instances[instance].root, t_entry)
+                        top += 1
                 else:
                     lane = int(-1)
                     if accel.intersector == WATERTIGHT:

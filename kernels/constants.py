@@ -46,6 +46,10 @@ MIN_DIRECTION = wp.constant(1.0e-30)
 """Components of a direction below this count as this in the box test. Its inverse is finite, and big enough that
 a ray which runs parallel to a slab, inside by as little as one part in 1e17, leaves it beyond any scene."""
 
+MAX_DIRECTION = wp.constant(1.0e30)
+"""Components of a direction beyond this count as this in the box test: were an inverse flushed to zero, the infinite
+planes of empty lanes would become NaN."""
+
 SLAB_SCALE = wp.constant(1.0 + 4.0 * 2.0**-23)
 """Factor on a box's far distance that makes the slab test conservative: 1 + 2 gamma(3), rounded up.
 

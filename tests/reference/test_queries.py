@@ -154,6 +154,21 @@ def test_rays_that_are_none_miss(answers: tuple) -> None:
         assert not warp_rt.any_hit(accel, origins, directions).any()
 
 
+@pytest.mark.parametrize("big", [1e30, 1e36, 3e38])
+def test_rays_at_the_limits_of_float32_end(big: float) -> None:
+    """Their transforms into meshes overflow; whatever they hit, they neither crash nor hang, and hits are finite."""
+    scene = instanced_scene(9)
+    scene.instances.world_from_local[1::3, :3, :3] *= 1e-3
+    accel = warp_rt.build_accel(scene)
+    rng = np.random.default_rng(10)
+    for o, d in ((1.0, big), (big, 1.0), (big, big), (1.0, 1 / big)):
+        origins = rng.uniform(-o, o, (300, 3)).astype(np.float32)
+        directions = rng.uniform(-d, d, (300, 3)).astype(np.float32) * rng.choice([0, 1], (300, 3))
+        hits = warp_rt.closest_hit(accel, origins, directions.astype(np.float32))
+        warp_rt.any_hit(accel, origins, directions.astype(np.float32))
+        assert (np.isfinite(hits.t) == (hits.instance >= 0)).all()
+
+
 @pytest.mark.parametrize("scale", [1e-20, 1e-6, 1e6, 1e20])
 def test_the_direction_may_have_any_length(scale: float) -> None:
     accel = warp_rt.build_accel(Scene.from_arrays(*octasphere(3)))

@@ -56,9 +56,10 @@ def test_widest_axis_prefers_the_first_of_equals() -> None:
 
 
 def test_inverse_is_finite_and_keeps_the_sign() -> None:
-    directions = [[0.0, -0.0, 1e-38], [-1e-38, 2, -4]]
-    _, inverses = call(np.zeros((2, 3)), directions, -np.ones(3), np.ones(3))
+    directions = [[0.0, -0.0, 1e-38], [-1e-38, 2, -4], [3e38, -3e38, 1e35]]
+    _, inverses = call(np.zeros((3, 3)), directions, -np.ones(3), np.ones(3))
     assert np.isfinite(inverses).all()
+    assert (np.abs(inverses) >= np.finfo(np.float32).tiny).all()
     assert (inverses[1, 1:] == [0.5, -0.25]).all()
     assert (inverses[1] < 0).tolist() == [True, False, True]
     assert (np.abs(inverses[0]) > 1e29).all()
