@@ -124,7 +124,7 @@ def build_accel(
         data.root = int(host.instances["root"][0])
         data.only_instance = 0
     data.intersector = _INTERSECTORS[intersector]
-    table = wp.array([data], dtype=AccelData, device=device)
+    table: wp.array = wp.array([data], dtype=AccelData, device=device)
     return Accel(scene, placement, data, table, device, host.stack_size, host.statistics)
 
 

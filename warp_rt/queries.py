@@ -155,7 +155,7 @@ class _Rays:
             or array.dtype != dtype
             or array.ndim != 1
             or (expected is not None and array.shape[0] != expected)
-            or array.device.alias != self.device
+            or str(array.device) != self.device
         ):
             size = "n" if expected is None else str(expected)
             raise OptionError(f"{name}: a Warp array of {dtype.__name__}, shape [{size}], on {self.device} expected")
