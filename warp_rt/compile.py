@@ -12,7 +12,7 @@ from collections.abc import Callable
 import warp as wp
 
 import warp_rt.kernels
-from warp_rt.warp_setup import init_warp, resolve_device
+from warp_rt.warp_setup import init_warp, load_module, resolve_device
 
 _NOTICE_SECONDS = 0.7
 """Loading cached kernels takes a tenth of this; whatever takes longer is being compiled."""
@@ -33,7 +33,7 @@ def load_kernels(module: str, *, device: str, on_compile: Callable[[], None] | N
         timer.daemon = True
         timer.start()
     try:
-        wp.load_module(imported, device=device)
+        load_module(imported, device)
     finally:
         if timer:
             timer.cancel()

@@ -51,7 +51,8 @@ def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tu
     """Return width and height of the picture [pixel].
 
     Sides that the options name are kept. Where they name none, the render settings' resolution; else 960 wide. A side
-    that nobody names follows from the camera's aspect ratio, the height truncated as usdrecord does.
+    that nobody names follows from the aspect ratio of that resolution, else of the camera; heights are truncated, as
+    usdrecord does.
     """
     left, right, bottom, top = camera.window
     aspect = (right - left) / (top - bottom) if top != bottom else 1.0
@@ -60,11 +61,11 @@ def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tu
         return settings.resolution
     if options.width is not None and options.height is not None:
         return options.width, options.height
+    if settings.resolution is not None:
+        aspect = settings.resolution[0] / settings.resolution[1]
     if options.height is not None:
         return max(round(options.height * aspect), 1), options.height
     width = options.width or DEFAULT_WIDTH
-    if settings.resolution is not None:
-        aspect = settings.resolution[0] / settings.resolution[1]
     return width, max(int(width / aspect), 1)
 
 

@@ -38,7 +38,7 @@ _AOV_FIELDS: dict[str, tuple[str, int, Any, float]] = {
     "depth": ("depth", ray_tree.AOV_DEPTH, wp.float32, np.inf),
     "distance": ("distance", ray_tree.AOV_DISTANCE, wp.float32, np.inf),
     "normal": ("normal", ray_tree.AOV_NORMAL, wp.vec3, 0.0),
-    "position": ("position", ray_tree.AOV_POSITION, wp.vec3, 0.0),
+    "position": ("position", ray_tree.AOV_POSITION, wp.vec3, np.nan),  # 0 once developed
     "uv": ("uv", ray_tree.AOV_UV, wp.vec2, 0.0),
     "primId": ("prim", ray_tree.AOV_PRIM, wp.int32, -1),
     "instanceId": ("instance", ray_tree.AOV_INSTANCE, wp.int32, -1),
@@ -181,10 +181,9 @@ class Renderer:
         color = sums / np.float32(self.options.spp)
         aovs = {"color": color[..., :3] * np.float32(camera.exposure_scale), "alpha": color[..., 3].copy()}
         aovs |= {name: array.numpy() for name, array in arrays.items()}
-        if "position" in aovs and self._device_scene.origin.any():
-            is_hit = np.any(aovs["normal"] != 0, axis=-1) if "normal" in aovs else np.any(aovs["position"], axis=-1)
-            aovs["position"] = np.where(is_hit[..., None], aovs["position"] + self._device_scene.origin, 0.0)
-            aovs["position"] = aovs["position"].astype(np.float32)
+        if "position" in aovs:
+            world = aovs["position"] + self._device_scene.origin
+            aovs["position"] = np.nan_to_num(world, nan=0.0).astype(np.float32)
         height, width = color.shape[:2]
         return Film(
             width=width,

@@ -41,6 +41,7 @@ def test_choice_of_camera() -> None:
         ({"height": 50}, {}, (100, 50)),
         ({"width": 64, "height": 64}, {"resolution": (320, 240)}, (64, 64)),
         ({"width": 64}, {"resolution": (320, 240)}, (64, 48)),
+        ({"height": 48}, {"resolution": (320, 240)}, (64, 48)),
     ],
 )
 def test_size(options: dict, settings: dict, size: tuple) -> None:

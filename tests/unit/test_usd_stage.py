@@ -166,3 +166,8 @@ def test_meters_per_unit() -> None:
     assert len(report) == 0
     assert stage_meters_per_unit(in_memory("metersPerUnit = -1"), report) == 0.01
     assert [record.code for record in report] == ["W511"]
+
+
+def test_a_stage_in_memory_has_no_source() -> None:
+    """An anonymous layer's identifier holds an address: files made from equal stages would differ."""
+    assert load_stage(in_memory()).source == ""

@@ -61,7 +61,7 @@ def load_stage(
     report = Report()
     with captured_warnings(report):
         if isinstance(path_or_stage, Usd.Stage):
-            stage, source = path_or_stage, path_or_stage.GetRootLayer().identifier
+            stage, source = path_or_stage, path_or_stage.GetRootLayer().realPath
         else:
             stage, source = open_stage(path_or_stage), os.fspath(path_or_stage)
         report_composition(stage, report)
