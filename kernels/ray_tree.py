@@ -55,13 +55,13 @@ class FirstHit:
 
 
 @wp.func
-def task_capacity(depth: int) -> int:
+def task_capacity(depth: int, pass_limit: int) -> int:
     """Return how many tasks can wait at once.
 
     A node pops one task and pushes at most three: its pass-through, its refraction and its reflection. Depth first, two
     of them wait while the third is followed, and no path has more nodes than bounces and pass-throughs together.
     """
-    return 2 * (depth + wp.static(PASS_LIMIT)) + 1
+    return 2 * (depth + pass_limit) + 1
 
 
 @wp.func

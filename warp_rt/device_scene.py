@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -77,10 +77,18 @@ def upload_scene(scene: Scene, *, device: str, placement: Placement | None = Non
     _pack_instances(data, pack, scene, placement, slots)
     _pack_materials(data, pack, scene, slots)
     _pack_images(data, pack, scene)
-    data.lights = pack.records(structs.LightData, [_light_record(light, placement.origin) for light in scene.lights])
-    data.light_count = len(scene.lights)
+    _pack_lights(data, pack, scene.lights, placement.origin)
     _pack_domes(data, pack, scene)
     return DeviceScene(data, device, placement.origin, pack.bytes)
+
+
+def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceScene:
+    """Return the same scene under other lights; everything else is shared."""
+    data = structs.SceneData()
+    for name in structs.SceneData.vars:
+        setattr(data, name, getattr(device_scene.data, name))
+    _pack_lights(data, _Packer(device_scene.device), lights, device_scene.origin)
+    return replace(device_scene, data=data)
 
 
 class _Packer:
@@ -257,6 +265,11 @@ def _axes(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     columns = matrix[:3, :3].T
     lengths = np.linalg.norm(columns, axis=1)
     return columns / np.where(lengths > 0, lengths, 1.0)[:, None], lengths
+
+
+def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:
+    data.lights = pack.records(structs.LightData, [_light_record(light, origin) for light in lights])
+    data.light_count = len(lights)
 
 
 def _light_record(light: Light, origin: np.ndarray) -> dict[str, Any]:

@@ -19,7 +19,7 @@ PARTS = {
     "scene": ["scene", "framing", "headlight", "placement"],
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
-    "tracing": ["forest", "accel", "queries", "dome", "device_scene", "film", "film_camera", "renderer"],
+    "tracing": ["forest", "accel", "queries", "dome", "device_scene", "film", "film_buffers", "film_camera", "frame", "renderer"],
     "image": ["image.*"],
     "api": ["api"],
     "cli": ["cli.*", "__main__"],

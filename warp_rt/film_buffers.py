@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The film while it is exposed: arrays on the device that kernels add to, and their development into AOVs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rt.errors import OptionError
+from warp_rt.kernels import ray_tree, structs
+
+Rectangle = tuple[int, int, int, int]
+"""x, y, width, height [pixel], from the picture's top left corner."""
+
+# AOV: the field of FilmData it is written to, its bit, its type there, and what it holds where nothing was met.
+_FIELDS: dict[str, tuple[str, int, Any, float]] = {
+    "depth": ("depth", ray_tree.AOV_DEPTH, wp.float32, np.inf),
+    "distance": ("distance", ray_tree.AOV_DISTANCE, wp.float32, np.inf),
+    "normal": ("normal", ray_tree.AOV_NORMAL, wp.vec3, 0.0),
+    "position": ("position", ray_tree.AOV_POSITION, wp.vec3, np.nan),  # 0 once developed
+    "uv": ("uv", ray_tree.AOV_UV, wp.vec2, 0.0),
+    "primId": ("prim", ray_tree.AOV_PRIM, wp.int32, -1),
+    "instanceId": ("instance", ray_tree.AOV_INSTANCE, wp.int32, -1),
+    "elementId": ("element", ray_tree.AOV_ELEMENT, wp.int32, -1),
+}
+
+
+@dataclass(frozen=True)
+class FilmBuffers:
+    """What the pixels of one render are written to."""
+
+    data: Any
+    """``kernels.structs.FilmData``."""
+    arrays: dict[str, wp.array]
+    """By AOV; ``color`` is the sum over samples of radiance and alpha."""
+    area: Rectangle
+    """The part of the picture that is rendered."""
+
+    def develop(self, *, spp: int, exposure: float, origin: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the AOVs: samples averaged, the camera's exposure applied, positions in world space.
+
+        Args:
+            spp: Samples that each pixel has taken.
+            exposure: Linear factor on colour.
+            origin: World point that positions are relative to, shape [3].
+        """
+        aovs = {name: array.numpy() for name, array in self.arrays.items()}
+        color = aovs["color"] / np.float32(spp)
+        aovs["color"] = color[..., :3] * np.float32(exposure)
+        aovs["alpha"] = color[..., 3].copy()
+        if "position" in aovs:
+            aovs["position"] = np.nan_to_num(aovs["position"] + origin, nan=0.0).astype(np.float32)
+        return aovs
+
+
+def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> FilmBuffers:
+    """Return empty buffers for a part of a picture; AOVs that nobody asked for have no elements."""
+    x, y, width, height = area
+    data = structs.FilmData()
+    data.x, data.y = x, y
+    arrays = {"color": wp.zeros(shape=(height, width), dtype=wp.vec4, device=device)}
+    data.color = arrays["color"]
+    mask = 0
+    for name, (field, bit, dtype, nothing) in _FIELDS.items():
+        shape = (height, width) if name in aovs else (0, 0)
+        array = wp.full(shape=shape, value=dtype(nothing), dtype=dtype, device=device)
+        setattr(data, field, array)
+        if name in aovs:
+            arrays[name] = array
+            mask |= int(bit)
+    data.aov_mask = mask
+    return FilmBuffers(data, arrays, area)
+
+
+def crop_area(crop: Rectangle | None, width: int, height: int) -> Rectangle:
+    """Return the part of a picture that a crop leaves, cut off at the picture's edges.
+
+    Raises:
+        OptionError: Nothing is left.
+    """
+    if crop is None:
+        return 0, 0, width, height
+    x, y = crop[:2]
+    if x >= width or y >= height:
+        raise OptionError(f"crop: {crop} lies outside the picture of {width} x {height} pixels")
+    return x, y, min(crop[2], width - x), min(crop[3], height - y)

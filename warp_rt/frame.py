@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The terms of one render: options, settings and camera, packed for the kernels."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from warp_rt.kernels import structs
+from warp_rt.kernels.shading import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
+from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, RenderOptions
+from warp_rt.scene import Input, Material, MaterialModel, Scene, Settings
+
+_BLACK = (0.0, 0.0, 0.0)
+_LARGEST = float(np.finfo(np.float32).max)  # stands for an infinite threshold: no weight reaches it
+
+
+def resolve_options(options: RenderOptions, settings: Settings) -> RenderOptions:
+    """Return the options with every term that they leave open taken from the stage's settings, else its default.
+
+    A background that nobody asks for stays open: it is black, and transparent.
+    """
+
+    def first(*values: Any) -> Any:
+        return next((value for value in values if value is not None), None)
+
+    return dataclasses.replace(
+        options,
+        depth=first(options.depth, settings.depth, DEFAULT_DEPTH),
+        threshold=first(options.threshold, settings.threshold, DEFAULT_THRESHOLD),
+        ambient=first(options.ambient, settings.ambient, _BLACK),
+        background=first(options.background, settings.background),
+    )
+
+
+def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
+    """Return ``kernels.structs.FrameData``.
+
+    Args:
+        options: Resolved.
+        scene: Its materials decide what shadow rays have to look at.
+        camera: ``kernels.structs.CameraData``.
+    """
+    frame = structs.FrameData()
+    frame.camera = camera
+    frame.depth = options.depth
+    frame.threshold = min(options.threshold or 0.0, _LARGEST)
+    frame.ambient = options.ambient
+    frame.background = options.background or _BLACK
+    frame.background_alpha = 0.0 if options.background is None else 1.0
+    frame.shadow_mode = _shadow_mode(options.shadows, scene)
+    frame.sample_count = options.spp
+    frame.seed = options.seed
+    return frame
+
+
+def _shadow_mode(shadows: str, scene: Scene) -> int:
+    """Return the cheapest mode that gives the wanted shadows: where no material lets light through, any hit will do."""
+    if shadows == "opaque":
+        return int(SHADOW_OPAQUE)
+    if not any(_lets_light_through(material, with_whitted=shadows == "transmit") for material in scene.materials):
+        return int(SHADOW_OPAQUE)
+    return int(SHADOW_TRANSMIT if shadows == "transmit" else SHADOW_AUTO)
+
+
+def _lets_light_through(material: Material, *, with_whitted: bool) -> bool:
+    if material.model == MaterialModel.WHITTED:
+        source = material.inputs.get("transmission")
+        return with_whitted and source is not None and (_varies(source) or max(source.value[:3]) > 0)
+    source = material.inputs.get("opacity")
+    return source is not None and (_varies(source) or source.value[0] < 1)
+
+
+def _varies(source: Input) -> bool:
+    return source.texture >= 0 or bool(source.primvar)
