@@ -10,6 +10,11 @@ from warp_rt.errors import DeviceError
 from warp_rt.warp_setup import resolve_device
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add what tests/image knows."""
+    parser.addoption("--update-references", action="store_true", help="write the reference pictures of tests/image anew")
+
+
 @pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.cuda)])
 def device(request: pytest.FixtureRequest) -> str:
     """Each device in turn; a GPU that is not there is skipped."""
