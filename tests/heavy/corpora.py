@@ -32,6 +32,7 @@ from ..data import ROOT, find_test_data
 WIDTH = 160
 TIME_LIMIT = 60.0  # wall-clock seconds a stage
 SCENE_ERROR = 3  # exit code
+LONGEST_MESSAGE = 240  # characters of an error that are shown
 CLEAN_ERRORS = {SCENE_ERROR, 5}  # 5: a limit was hit
 
 # How a stage can end; the first two are as they should be.
@@ -150,10 +151,11 @@ def judge(run: subprocess.CompletedProcess[str], stage: str, has_picture: bool, 
     """Return the outcome of a finished process, and what is to be said about it."""
     lines = run.stderr.strip().splitlines()
     last = lines[-1] if lines else ""
+    said = last if len(last) <= LONGEST_MESSAGE else last[: LONGEST_MESSAGE - 3] + "..."
     if "Traceback (most recent call last)" in run.stderr:
-        return TRACEBACK, last
+        return TRACEBACK, said
     if run.returncode < 0:
-        return CRASH, f"signal {-run.returncode}: {last}"
+        return CRASH, f"signal {-run.returncode}: {said}"
     if run.returncode == 0:
         if not is_openable:
             return WRONG, "a stage that USD cannot open gave a picture"
@@ -163,12 +165,12 @@ def judge(run: subprocess.CompletedProcess[str], stage: str, has_picture: bool, 
             return WRONG, "stdout is not JSON"
         return RENDERED, ""
     if run.returncode not in CLEAN_ERRORS:
-        return WRONG, f"exit code {run.returncode}: {last}"
+        return WRONG, f"exit code {run.returncode}: {said}"
     if has_picture or run.stdout.strip():
-        return WRONG, f"an error that left output behind: {last}"
+        return WRONG, f"an error that left output behind: {said}"
     if Path(stage).name not in last:
-        return WRONG, f"the error does not name the file: {last}"
-    return REFUSED, last
+        return WRONG, f"the error does not name the file: {said}"
+    return REFUSED, said
 
 
 def summary(results: list[Result]) -> str:
