@@ -115,11 +115,16 @@ def leak(
 
 @wp.func
 def child_task(
-    parent: wp.ref[RayTask], surface: wp.ref[Surface], direction: wp.vec3, coefficient: wp.vec3, leaked: int
+    scene: wp.ref[SceneData],
+    parent: wp.ref[RayTask],
+    surface: wp.ref[Surface],
+    direction: wp.vec3,
+    coefficient: wp.vec3,
+    leaked: int,
 ) -> RayTask:
     """Return the task of a ray that is one level deeper."""
     child = RayTask()
-    child.origin = spawn_origin(surface, direction)
+    child.origin = spawn_origin(scene, surface, direction)
     child.direction = direction
     child.coefficient = wp.cw_mul(parent.coefficient, coefficient)
     child.weight = parent.weight * max_component(coefficient)
@@ -156,13 +161,13 @@ def push_children(
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
             leaked = leak(scene, surface, shading, task.leaked, direction, True)
-            tasks[top] = child_task(task, surface, direction, kt, leaked)
+            tasks[top] = child_task(scene, task, surface, direction, kt, leaked)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(kr, task, frame, counts):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
         leaked = leak(scene, surface, shading, task.leaked, mirrored, False)
-        tasks[top] = child_task(task, surface, mirrored, kr, leaked)
+        tasks[top] = child_task(scene, task, surface, mirrored, kr, leaked)
         top += 1
         count_reflection(counts, task.depth + 1)
     return top
@@ -233,7 +238,7 @@ def trace_tree(
         if shading.presence < 1.0:
             if task.passes < PASS_LIMIT:
                 onward = task
-                onward.origin = spawn_origin(surface, task.direction)
+                onward.origin = spawn_origin(scene, surface, task.direction)
                 onward.coefficient = task.coefficient * (1.0 - shading.presence)
                 onward.weight = task.weight * (1.0 - shading.presence)
                 onward.passes = task.passes + 1

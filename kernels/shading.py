@@ -38,7 +38,7 @@ def shadow_ray(
     """
     one = wp.vec3(1.0, 1.0, 1.0)
     zero = wp.vec3(0.0, 0.0, 0.0)
-    origin = spawn_origin(surface, direction)
+    origin = spawn_origin(scene, surface, direction)
     if mode == SHADOW_OPAQUE:
         return wp.where(any_hit(accel, origin, direction, distance, stack), zero, one)
     result = one
@@ -55,7 +55,7 @@ def shadow_ray(
         result = wp.cw_mul(result, kt + one * (1.0 - shading.presence))
         if max_component(result) <= 0.0:
             return zero
-        origin = spawn_origin(crossed, direction)
+        origin = spawn_origin(scene, crossed, direction)
         remaining -= hit.t
     return zero
 

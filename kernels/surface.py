@@ -5,7 +5,9 @@
 import warp as wp
 
 from .structs import SceneData, mat34
-from .vector import offset_origin
+from .bounds import widest_axis
+from .constants import SPAWN_OFFSET, SPAWN_OFFSET_MIN
+from .vector import face_forward
 
 NORMALS_SLOT = wp.constant(0)
 
@@ -19,8 +21,14 @@ class Surface:
     """Unit, outward: the side that counter-clockwise triangles face, under mirroring transforms too."""
     n_shading: wp.vec3
     """Unit, interpolated, on whichever side the mesh's normals are."""
-    scale: wp.float32
-    """Largest magnitude that took part in computing ``position``."""
+    n_local: wp.vec3
+    """Unit geometric normal in the mesh's space."""
+    plane_scale: wp.float32
+    """World distance between two planes parallel to the triangle that are 1 apart in the mesh's space."""
+    magnitude: wp.vec3
+    """Per local axis, the sum of the magnitudes that were added up for the position."""
+    reach: wp.vec3
+    """Per local axis, how far the triangle's corners are from the position."""
     u: wp.float32
     v: wp.float32
     triangle: wp.int32
@@ -64,6 +72,16 @@ def transform_normal(inverse: mat34, n: wp.vec3) -> wp.vec3:
 def interpolate_normal(n0: wp.vec3, n1: wp.vec3, n2: wp.vec3, alpha: float, beta: float) -> wp.vec3:
     """Return the lecture's N_P = (1 - (alpha + beta)) N0 + alpha N1 + beta N2, not unit."""
     return (1.0 - (alpha + beta)) * n0 + alpha * n1 + beta * n2
+
+
+@wp.func
+def transform_magnitudes(m: mat34, v: wp.vec3) -> wp.vec3:
+    """Return the sums of the magnitudes that make up a transformed vector of non-negative components."""
+    return wp.vec3(
+        wp.abs(m[0, 0]) * v[0] + wp.abs(m[0, 1]) * v[1] + wp.abs(m[0, 2]) * v[2],
+        wp.abs(m[1, 0]) * v[0] + wp.abs(m[1, 1]) * v[1] + wp.abs(m[1, 2]) * v[2],
+        wp.abs(m[2, 0]) * v[0] + wp.abs(m[2, 1]) * v[1] + wp.abs(m[2, 2]) * v[2],
+    )
 
 
 @wp.func
@@ -137,25 +155,23 @@ def make_surface(scene: wp.ref[SceneData], instance: int, triangle: int, u: floa
     s.material = scene.material_table[placed.material_offset + slot]
 
     # Barycentrics give a point on the triangle to within rounding; origin + t * direction would not.
-    local = (1.0 - u - v) * p0 + u * p1 + v * p2
+    w = 1.0 - u - v
+    local = w * p0 + u * p1 + v * p2
     s.position = transform_point(placed.world_from_local, local)
-    n_local = wp.cross(p1 - p0, p2 - p0)
-    s.n_geometric = wp.normalize(transform_normal(placed.local_from_world, n_local))
+    s.n_local = wp.normalize(wp.cross(p1 - p0, p2 - p0))
+    n_world = transform_normal(placed.local_from_world, s.n_local)
+    length = wp.length(n_world)
+    s.plane_scale = 1.0 / wp.max(length, 1.0e-30)
+    s.n_geometric = n_world * s.plane_scale
+    s.magnitude = wp.abs(p0) * w + wp.abs(p1) * u + wp.abs(p2) * v
+    s.reach = wp.max(wp.max(wp.abs(p0 - local), wp.abs(p1 - local)), wp.abs(p2 - local))
     s.n_shading = s.n_geometric
     normals = scene.primvars[placed.mesh * scene.primvar_count + NORMALS_SLOT]
     if normals.component_count > 0:
-        n = eval_normals(scene, placed.mesh, triangle, u, v)
-        n_world = transform_normal(placed.local_from_world, n)
-        length = wp.length(n_world)
-        if length > 0.0:
-            s.n_shading = n_world / length
-
-    # Magnitudes that were added up for the position: the corners under the transform, and its translation.
-    reach = max_abs(transform_vector(placed.world_from_local, p0))
-    reach = wp.max(reach, max_abs(transform_vector(placed.world_from_local, p1)))
-    reach = wp.max(reach, max_abs(transform_vector(placed.world_from_local, p2)))
-    translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
-    s.scale = wp.max(reach, max_abs(translation))
+        n = transform_normal(placed.local_from_world, eval_normals(scene, placed.mesh, triangle, u, v))
+        n_length = wp.length(n)
+        if n_length > 0.0:
+            s.n_shading = n / n_length
     return s
 
 
@@ -196,6 +212,29 @@ def surface_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: i
 
 
 @wp.func
-def spawn_origin(surface: wp.ref[Surface], direction: wp.vec3) -> wp.vec3:
-    """Return where a ray that leaves the surface along ``direction`` starts."""
-    return offset_origin(surface.position, surface.n_geometric, direction, surface.scale)
+def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: wp.vec3) -> wp.vec3:
+    """Return where a ray that leaves the surface along ``direction`` starts, so that it does not meet it again.
+
+    The position is moved along the geometric normal, to the side of the direction, by a multiple of the rounding errors
+    that can have moved it off its triangle, and that can make the triangle test see it elsewhere:
+
+    - across the triangle's plane, of the sums for the position, of its transform, and of the way back into the mesh's
+      space: per axis, weighted with the normal;
+    - along the ray, of the test's t: it is a mean of the corners along the ray's main axis. What that means across the
+      plane depends on how steeply the ray leaves. So a ray straight up from a ground plane of any size starts very near.
+
+    Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections 6.8.5 and 6.8.6; Wächter and Binder
+    (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems, chapter 6. Differs: bounds of both
+    errors together, in the mesh's space, so that instance transforms and triangles of any size and place are covered.
+    """
+    placed = scene.instances[surface.instance]
+    translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
+    world = wp.abs(surface.position) + wp.abs(translation)
+    sums = surface.magnitude + transform_magnitudes(placed.local_from_world, world)
+    across = wp.dot(wp.abs(surface.n_local), sums)
+
+    local = transform_vector(placed.local_from_world, direction)
+    axis = widest_axis(wp.abs(local))
+    along = surface.reach[axis] * wp.abs(wp.dot(surface.n_local, local) / local[axis])
+    offset = (across + along) * SPAWN_OFFSET + max_abs(surface.reach) * SPAWN_OFFSET_MIN
+    return surface.position + face_forward(surface.n_geometric, direction) * (offset * surface.plane_scale)

@@ -1,10 +1,8 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Directions at a surface: reflection, refraction, Fresnel reflectance, and where a spawned ray starts."""
+"""Directions at a surface: reflection, refraction, Fresnel reflectance."""
 
 import warp as wp
-
-from .constants import SPAWN_OFFSET
 
 
 @wp.func
@@ -87,20 +85,3 @@ def fresnel_dielectric(cos_in: float, eta: float) -> float:
     parallel = (cos_in - eta * cos_out) / (cos_in + eta * cos_out)
     perpendicular = (eta * cos_in - cos_out) / (eta * cos_in + cos_out)
     return 0.5 * (parallel * parallel + perpendicular * perpendicular)
-
-
-@wp.func
-def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3, scale: float) -> wp.vec3:
-    """Return the start of a ray that leaves a surface at ``position`` along ``direction`` without meeting it again.
-
-    Args:
-        position: The hit point, world space.
-        normal: Unit geometric normal, either side.
-        direction: Of the new ray; the offset is towards its side of the surface.
-        scale: Largest magnitude that took part in computing ``position`` (see ``surface.py``).
-
-    Reference: Wächter and Binder (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems,
-    chapter 6. Differs: the offset is relative to ``scale`` instead of to each coordinate, so that it also holds under
-    instance transforms and for scenes much smaller than 1/32.
-    """
-    return position + face_forward(normal, direction) * (scale * SPAWN_OFFSET)

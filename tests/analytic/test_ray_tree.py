@@ -17,10 +17,10 @@ RTOL = 4e-6
 def place_tolerance(crossings: int, size: float, tangent: float) -> float:
     """Return how far from its exact place a ray may arrive.
 
-    A spawned ray starts off the surface by 2^-17 of the largest coordinate of its triangle (``kernels.constants``);
-    slanted, it is that much times ``tangent`` aside from then on.
+    A spawned ray starts off the surface by 2^-19 of the magnitudes that made up its start (``kernels.constants``), at
+    most four times ``size``; slanted, it is that much times ``tangent`` aside from then on.
     """
-    return crossings * 2.0**-17 * size * tangent
+    return crossings * 4 * 2.0**-19 * size * tangent
 
 
 def corridor(reflection: object, ambient: float = 0.25) -> tuple[Scene, object]:

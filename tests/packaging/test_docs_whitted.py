@@ -144,7 +144,7 @@ def test_bounds_in_the_text():
     limit = int(constants.PASS_LIMIT)
     assert f"up to {limit} of them" in TEXT
     assert f"at most {limit} times" in TEXT
-    assert float(constants.SPAWN_OFFSET) == 2.0**-17
+    assert float(constants.SPAWN_OFFSET) == 2.0**-19
     assert int(constants.CYLINDER_FACETS) == 6
 
 
