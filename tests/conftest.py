@@ -12,7 +12,7 @@ from warp_rt.warp_setup import resolve_device
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add what tests/image knows."""
-    parser.addoption("--update-references", action="store_true", help="write the reference pictures of tests/image anew")
+    parser.addoption("--update-references", action="store_true", help="write the pictures of tests/image anew")
 
 
 @pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.cuda)])

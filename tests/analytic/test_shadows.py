@@ -110,3 +110,13 @@ def test_no_surface_shadows_itself(half: float) -> None:
     assert looking(grazing)[2, 2] > 0
     color = render(scene, camera, width=64, height=64).color
     np.testing.assert_allclose(color, np.cos(angle), rtol=1e-5)
+
+
+@pytest.mark.parametrize("direction", [(0, 0, -1), (0.3, 0.2, -1)])
+@pytest.mark.parametrize("half", [10.0, 1e3, 1e5])
+def test_a_thing_just_above_a_great_floor_shadows_it(half: float, direction: tuple) -> None:
+    """R5, contact: a box from 0.02 to 0.06 above a floor of up to 200 thousand units."""
+    white, thing = whitted(diffuse=1.0), box(whitted(), (-0.5, -0.5, 0.02), (0.5, 0.5, 0.06))
+    scene = scene_of(square(white, half=half), thing, lights=[distant(direction)])
+    # The eye ray comes in under the box.
+    assert radiance(scene, parallel((1.0, 0.0, 0.01), (-1, 0, -0.01))).tolist() == [0.0, 0.0, 0.0]

@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""``from warp_rt.kernels import ...`` finds files and functions, and nothing else."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import warp_rt.kernels
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_files_and_functions_can_be_imported() -> None:
+    from warp_rt.kernels import intersect_triangle, reflect, vector
+    from warp_rt.kernels.vector import reflect as same
+
+    assert reflect is same is vector.reflect
+    assert intersect_triangle.__name__ == "warp_rt.kernels.intersect_triangle"
+
+
+def test_what_files_import_themselves_is_not_here() -> None:
+    for name in ("wp", "nothing_of_the_kind", "_private"):
+        with pytest.raises(AttributeError, match=name):
+            getattr(warp_rt.kernels, name)
+
+
+def test_a_second_copy_is_refused() -> None:
+    spec = importlib.util.find_spec("warp_rt.kernels")
+    folder = Path(spec.origin).parent
+    code = f"import importlib.util as u; s = u.spec_from_file_location('kernels', {str(folder / '__init__.py')!r});"
+    code += "s.loader.exec_module(u.module_from_spec(s))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "import warp_rt.kernels, not kernels" in done.stderr
