@@ -68,12 +68,13 @@ PLANE_PROJECTION = wp.constant(2)
 # --- spawned rays
 
 SPAWN_OFFSET = wp.constant(2.0**-19)
-"""Offset of a spawned ray's origin, relative to the magnitudes that were rounded on the way to it and back: 32 roundings
-of 2^-24, where sums, transforms and the triangle test have about 20. 2^-22 passed every test too, 2^-26 did not."""
+"""Offset of a spawned ray's origin, relative to the magnitudes that were rounded on the way to it and back: 32
+roundings of 2^-24, where sums, transforms and the triangle test have about 20. 2^-22 passed every test too, 2^-26 did
+not."""
 
 SPAWN_OFFSET_MIN = wp.constant(2.0**-26)
-"""Least offset, relative to the triangle's size: a ray straight up must not start on the plane z = 0 itself, where there
-are no roundings to be bounded."""
+"""Least offset, relative to the triangle's size: a ray straight up must not start on the plane z = 0 itself, where
+there are no roundings to be bounded."""
 
 PASS_LIMIT = wp.constant(32)
 """Surfaces, or parts of one, that a ray passes straight through: no bounces, with a limit of their own."""

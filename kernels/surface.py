@@ -4,9 +4,9 @@
 
 import warp as wp
 
-from .structs import SceneData, mat34
 from .bounds import widest_axis
 from .constants import SPAWN_OFFSET, SPAWN_OFFSET_MIN
+from .structs import SceneData, mat34
 from .vector import face_forward
 
 NORMALS_SLOT = wp.constant(0)
@@ -221,11 +221,11 @@ def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: 
     - across the triangle's plane, of the sums for the position, of its transform, and of the way back into the mesh's
       space: per axis, weighted with the normal;
     - along the ray, of the test's t: it is a mean of the corners along the ray's main axis. What that means across the
-      plane depends on how steeply the ray leaves. So a ray straight up from a ground plane of any size starts very near.
+      plane depends on how steeply the ray leaves: straight up from a ground plane of any size it starts very near.
 
-    Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections 6.8.5 and 6.8.6; Wächter and Binder
-    (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems, chapter 6. Differs: bounds of both
-    errors together, in the mesh's space, so that instance transforms and triangles of any size and place are covered.
+    Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections 6.8.5 and 6.8.6; Wächter and
+    Binder (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems, chapter 6. Differs: bounds
+    of both errors together, in the mesh's space, so that instance transforms and triangles of any size are covered.
     """
     placed = scene.instances[surface.instance]
     translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
