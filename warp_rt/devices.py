@@ -9,7 +9,7 @@ from pathlib import Path
 
 import warp as wp
 
-from warp_rt.warp_setup import init_warp
+from warp_rt.warp_setup import has_temporary_cache, init_warp
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,16 @@ def list_devices() -> tuple[Device, ...]:
     return (Device("cpu", wp.get_device("cpu").name, None), *cuda)
 
 
-def kernel_cache() -> Path:
+@dataclass(frozen=True)
+class KernelCache:
+    """Where compiled kernels are kept."""
+
+    path: Path
+    is_temporary: bool
+    """Whether it lies among the temporary files, because no cache folder can be written."""
+
+
+def kernel_cache() -> KernelCache:
     """Return the folder in which compiled kernels are kept."""
-    init_warp()
-    return Path(str(wp.config.kernel_cache_dir))  # initialising has set it
+    is_temporary = has_temporary_cache()
+    return KernelCache(Path(str(wp.config.kernel_cache_dir)), is_temporary)  # initialising has set it

@@ -427,7 +427,16 @@ def test_doctor_tells_versions_devices_and_the_cache(capfd):
     assert {"warp_rt", "warp", "usd", "numpy", "python"} == set(findings["versions"])
     assert findings["devices"][0]["name"] == "cpu"
     assert findings["threads"] >= 1
-    assert set(findings["kernel_cache"]) == {"path", "bytes"}
+    assert set(findings["kernel_cache"]) == {"path", "bytes", "is_temporary"}
+
+
+def test_doctor_and_its_reader_learn_that_the_cache_is_temporary(tmp_path):
+    not_a_folder = tmp_path / "file"
+    not_a_folder.write_text("")
+    result = _process("doctor", env={**os.environ, "TMPDIR": str(tmp_path), "WARP_CACHE_PATH": str(not_a_folder)})
+    assert result.returncode == 0
+    assert "  (temporary, 0.0 MiB)" in result.stdout
+    assert result.stderr.count("WARP_CACHE_PATH") == 1
 
 
 def test_warmup_compiles_for_a_device(capfd):

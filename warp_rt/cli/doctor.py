@@ -42,7 +42,11 @@ def _findings() -> dict[str, Any]:
         "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
         "threads": default_thread_count(),
         "devices": [vars(device) for device in list_devices()],
-        "kernel_cache": {"path": str(cache), "bytes": _size_of(cache)},
+        "kernel_cache": {
+            "path": str(cache.path),
+            "bytes": _size_of(cache.path),
+            "is_temporary": cache.is_temporary,
+        },
     }
 
 
@@ -59,5 +63,6 @@ def _table(findings: dict[str, Any]) -> str:
         memory = "" if device["total_bytes"] is None else f", {device['total_bytes'] / 2**30:.1f} GiB"
         rows.append(("device", f"{device['name']}  {device['description']}{memory}"))
     cache = findings["kernel_cache"]
-    rows.append(("kernel cache", f"{cache['path']}  ({cache['bytes'] / 2**20:.1f} MiB)"))
+    kind = "temporary, " if cache["is_temporary"] else ""
+    rows.append(("kernel cache", f"{cache['path']}  ({kind}{cache['bytes'] / 2**20:.1f} MiB)"))
     return "\n".join(f"{name:<14}{value}" for name, value in rows)

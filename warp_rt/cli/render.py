@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 COMPLEXITIES = ("low", "medium", "high", "veryhigh")
 
-COMPILING = "compiling kernels (first run only, cached afterwards)..."
+COMPILING = "compiling kernels (some ten seconds, on the first run)..."
 
 _EPILOG = """\
 OUT decides by its extension: .exr holds every AOV as linear float; .png (straight alpha) and .jpg (over black) hold
