@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.errors import OptionError
+from warp_rt.errors import LimitError, OptionError
 from warp_rt.kernels import ray_tree, structs
 
 Rectangle = tuple[int, int, int, int]
@@ -58,21 +58,29 @@ class FilmBuffers:
 
 
 def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> FilmBuffers:
-    """Return empty buffers for a part of a picture; AOVs that nobody asked for have no elements."""
+    """Return empty buffers for a part of a picture; AOVs that nobody asked for have no elements.
+
+    Raises:
+        LimitError: The device has not enough memory.
+    """
     x, y, width, height = area
     data = structs.FilmData()
     data.x, data.y = x, y
-    arrays = {"color": wp.zeros(shape=(height, width), dtype=wp.vec4, device=device)}
+    wanted = [name for name in _FIELDS if name in aovs]
+    try:
+        arrays = {"color": wp.zeros(shape=(height, width), dtype=wp.vec4, device=device)}
+        for name, (field, _, dtype, nothing) in _FIELDS.items():
+            shape = (height, width) if name in wanted else (0, 0)
+            array = wp.full(shape=shape, value=dtype(nothing), dtype=dtype, device=device)
+            setattr(data, field, array)
+            if name in wanted:
+                arrays[name] = array
+    except RuntimeError as error:  # Warp's word for a failed allocation
+        pixel = sum(wp.types.type_size_in_bytes(dtype) for dtype in (wp.vec4, *(_FIELDS[name][2] for name in wanted)))
+        size = f"{pixel * width * height / 2**30:.1f} GiB"
+        raise LimitError(f"film: {width} x {height} pixels need {size}, more than {device} can give") from error
     data.color = arrays["color"]
-    mask = 0
-    for name, (field, bit, dtype, nothing) in _FIELDS.items():
-        shape = (height, width) if name in aovs else (0, 0)
-        array = wp.full(shape=shape, value=dtype(nothing), dtype=dtype, device=device)
-        setattr(data, field, array)
-        if name in aovs:
-            arrays[name] = array
-            mask |= int(bit)
-    data.aov_mask = mask
+    data.aov_mask = sum(int(_FIELDS[name][1]) for name in wanted)
     return FilmBuffers(data, arrays, area)
 
 

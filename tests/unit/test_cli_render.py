@@ -261,6 +261,15 @@ def test_unwritable_output_exits_6_before_the_scene_is_read(stage, capfd, output
     assert output in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("output", [f"{300 * 'x'}.png", f"{300 * 'x'}/a.png", f"{245 * 'x'}.png"])
+def test_names_that_no_file_can_have_exit_6(stage, capfd, output):
+    """The last is short enough for a picture, but not for the AOV beside it."""
+    assert main(["render", "missing.usda", "-o", output, "--aov", "color,depth"]) == 6
+    err = capfd.readouterr().err
+    assert err.startswith("warp-rt render: error: xxx")
+    assert err.count("\n") == 1
+
+
 def test_files_that_the_scene_reads_are_spared(stage, capfd):
     PillowImage.new("RGB", (2, 2), (255, 0, 0)).save("wall.png")
     before = (stage.parent / "wall.png").read_bytes()

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -54,8 +55,13 @@ def check_writable(path: Path) -> None:
     """Return if it looks as if a file could be written here; nothing is changed to find out.
 
     Raises:
-        OutputError: The folder is missing or locked, or ``path`` is itself a folder.
+        OutputError: The folder is missing or locked, ``path`` is itself a folder, or its name can be no file's.
     """
+    try:
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+            path.lstat()
+    except (OSError, ValueError) as error:  # a name that is too long, or that holds a null character
+        raise OutputError(f"{path}: cannot write: {getattr(error, 'strerror', error)}") from error
     if path.is_dir():
         raise OutputError(f"{path}: is a folder, not a file")
     folder = path.parent
