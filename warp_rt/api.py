@@ -4,10 +4,13 @@
 
 from __future__ import annotations
 
+import difflib
+from dataclasses import fields
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from warp_rt.options import RenderOptions
+from warp_rt.errors import OptionError, SceneError
+from warp_rt.options import RenderOptions, check_purposes
 from warp_rt.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,11 +30,17 @@ def load_scene(
         path_or_stage: A .usda, .usdc, .usd or .usdz file, or an open ``Usd.Stage``.
         time: Time code; None: the stage's start time code, as usdrecord does.
         default_time: Read the default values instead of a time code.
-        purposes: Purposes to draw besides ``default``; None: what the render settings say, else ``proxy``.
+        purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: what the render settings say,
+            else ``proxy``.
 
     Raises:
-        SceneError: The file cannot be read.
+        SceneError: The file cannot be read, or it is neither a path nor a stage.
+        OptionError: A purpose is unknown, or the time makes no sense.
     """
+    check_purposes(purposes)
+    # What makes a stage is told by name, for pxr is not to be loaded here.
+    if not isinstance(path_or_stage, str | PathLike) and not hasattr(path_or_stage, "GetPseudoRoot"):
+        raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")
     from warp_rt.usd.load import load_stage
 
     return load_stage(path_or_stage, time=time, default_time=default_time, purposes=purposes)
@@ -64,7 +73,17 @@ def render(
     from warp_rt.image.image import Image
     from warp_rt.renderer import Renderer
 
-    chosen = RenderOptions(**options)
+    chosen = _options(options)
     loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
     film = Renderer(loaded, chosen, device=device).render(camera=camera)
     return Image(film, exposure=exposure, tonemap=tonemap)
+
+
+def _options(given: dict[str, Any]) -> RenderOptions:
+    known = [field.name for field in fields(RenderOptions)]
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
+            raise OptionError(f"{name}: unknown option{hint}")
+    return RenderOptions(**given)

@@ -32,8 +32,11 @@ def choose_camera(scene: Scene, name: str | None) -> Camera | None:
         found = [camera for path, camera in cameras.items() if name in (path, path.rsplit("/", 1)[-1])]
         if found:
             return found[0]
+        has = f"it has {', '.join(cameras) or 'none'}"
+        if name in scene.prims or any(name == light.path for light in [*scene.lights, *scene.domes]):
+            raise SceneError(f"{scene.source or 'scene'}: {name} is no camera; {has}")
         near = difflib.get_close_matches(name, [*cameras, *(path.rsplit("/", 1)[-1] for path in cameras)], n=3)
-        hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(cameras) or 'none'}"
+        hint = f"; did you mean {' or '.join(near)}?" if near else f"; {has}"
         raise SceneError(f"{scene.source or 'scene'}: no camera {name!r}{hint}")
     if scene.settings.camera in cameras:
         return cameras[scene.settings.camera]

@@ -5,7 +5,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any
 
 from warp_rt.errors import OptionError
 
@@ -14,6 +17,7 @@ SHADOWS = ("auto", "opaque", "transmit")
 BUILDERS = ("sah", "median", "midpoint", "lbvh")
 INTERSECTORS = ("watertight", "moller-trumbore", "plane-projection")
 AOVS = ("color", "depth", "distance", "normal", "position", "uv", "primId", "instanceId", "elementId")
+PURPOSES = ("default", "render", "proxy", "guide")
 
 DEFAULT_WIDTH = 960  # usdrecord's
 DEFAULT_DEPTH = 7
@@ -62,36 +66,84 @@ class RenderOptions:
     """Wall-clock seconds after which rendering ends with a LimitError."""
 
     def __post_init__(self) -> None:
-        _in_range("width", self.width, 1, MAX_SIZE)
-        _in_range("height", self.height, 1, MAX_SIZE)
-        _in_range("spp", self.spp, 1, 1 << 20)
-        _in_range("depth", self.depth, 1, MAX_DEPTH)
-        _in_range("threshold", self.threshold, 0.0, math.inf)
-        _in_range("seed", self.seed, 0, (1 << 31) - 1)
-        _in_range("threads", self.threads, 1, 4096)
-        _in_range("tile_size", self.tile_size, 1, MAX_SIZE)
-        _in_range("time_limit", self.time_limit, 0.0, math.inf)
+        for name in ("aovs", "ambient", "background", "crop"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _as_tuple(name, getattr(self, name)))
+        for name in ("spp", "seed", "tile_size"):
+            if getattr(self, name) is None:
+                raise OptionError(f"{name}: a whole number expected, got None")
+        _whole_number("width", self.width, 1, MAX_SIZE)
+        _whole_number("height", self.height, 1, MAX_SIZE)
+        _whole_number("spp", self.spp, 1, 1 << 20)
+        _whole_number("depth", self.depth, 1, MAX_DEPTH)
+        _number("threshold", self.threshold, 0.0, math.inf)
+        _whole_number("seed", self.seed, 0, (1 << 31) - 1)
+        _whole_number("threads", self.threads, 1, 4096)
+        _whole_number("tile_size", self.tile_size, 1, MAX_SIZE)
+        _number("time_limit", self.time_limit, 0.0, math.inf)
         _one_of("integrator", self.integrator, INTEGRATORS)
         _one_of("shadows", self.shadows, SHADOWS)
         _one_of("bvh", self.bvh, BUILDERS)
         _one_of("intersector", self.intersector, INTERSECTORS)
         for aov in self.aovs:
             _one_of("aov", aov, AOVS)
-        for name in ("ambient", "background"):
-            color = getattr(self, name)
-            if color is not None and (len(color) != 3 or not all(math.isfinite(c) for c in color)):
-                raise OptionError(f"{name}: three finite numbers expected, got {color!r}")
-        if self.crop is not None:
-            x, y, width, height = self.crop
-            if min(x, y) < 0 or min(width, height) < 1:
-                raise OptionError(f"crop: x, y >= 0 and width, height >= 1 expected, got {self.crop!r}")
+        _color("ambient", self.ambient)
+        _color("background", self.background)
+        _crop(self.crop)
 
 
-def _in_range(name: str, value: float | None, low: float, high: float) -> None:
-    if value is not None and not low <= value <= high:
+def check_purposes(purposes: Sequence[str] | None) -> None:
+    """Return if these purposes can be drawn; None leaves them to the stage.
+
+    Raises:
+        OptionError: One is unknown, or there is none.
+    """
+    if purposes is None:
+        return
+    if not _as_tuple("purposes", purposes):
+        raise OptionError(f"purposes: at least one of {', '.join(PURPOSES)} expected")
+    for purpose in purposes:
+        _one_of("purposes", purpose, PURPOSES)
+
+
+def _as_tuple(name: str, value: Any) -> tuple[Any, ...]:
+    if isinstance(value, str):  # which Python would take for a sequence of letters
+        raise OptionError(f"{name}: a sequence expected, such as ({value!r},)")
+    try:
+        return tuple(value)
+    except TypeError:
+        raise OptionError(f"{name}: a sequence expected, got {value!r}") from None
+
+
+def _whole_number(name: str, value: Any, low: int, high: int) -> None:
+    if value is not None and (not isinstance(value, Integral) or isinstance(value, bool)):
+        raise OptionError(f"{name}: a whole number expected, got {value!r}")
+    _number(name, value, low, high)
+
+
+def _number(name: str, value: Any, low: float, high: float) -> None:
+    if value is None:
+        return
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not is_number:
+        raise OptionError(f"{name}: a number expected, got {value!r}")
+    if not low <= value <= high:
         raise OptionError(f"{name}: {value} is outside {low}..{high}")
 
 
-def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
+def _color(name: str, value: tuple[Any, ...] | None) -> None:
+    if value is not None and (len(value) != 3 or not all(isinstance(c, Real) and math.isfinite(c) for c in value)):
+        raise OptionError(f"{name}: three finite numbers expected, got {value!r}")
+
+
+def _crop(value: tuple[Any, ...] | None) -> None:
+    if value is None:
+        return
+    is_crop = len(value) == 4 and all(isinstance(part, Integral) for part in value)
+    if not is_crop or min(value[:2]) < 0 or min(value[2:]) < 1:
+        raise OptionError(f"crop: whole numbers x, y >= 0 and width, height >= 1 expected, got {value!r}")
+
+
+def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
     if value not in choices:
         raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}")

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which exit code each end has, and that it is told in one line. Nothing here renders."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import warp_rt.cli.doctor
 import warp_rt.cli.info
 from warp_rt import errors
 from warp_rt.cli.main import COMMANDS, main
+from warp_rt.cli.terminal import one_line
 
 
 def _raising(error):
@@ -30,6 +32,11 @@ def _raising(error):
         (errors.DeviceError("no such device"), 4, "warp-rt info: error: no such device"),
         (errors.LimitError("time limit"), 5, "warp-rt info: error: time limit"),
         (MemoryError(), 5, "warp-rt info: error: out of memory"),
+        (
+            RuntimeError("Failed to allocate 64 bytes on device 'cpu'"),
+            5,
+            "warp-rt info: error: out of memory: Failed to allocate 64 bytes on device 'cpu'",
+        ),
         (errors.OutputError("a.png: disk full"), 6, "warp-rt info: error: a.png: disk full"),
         (KeyboardInterrupt(), 130, "warp-rt info: error: interrupted"),
     ],
@@ -60,8 +67,13 @@ def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd)
         (["render"], "SCENE"),
         (["render", "a.usda", "b.usda"], "unknown argument b.usda"),
         (["render", "a.usda", "--dept", "3"], "did you mean --depth"),
-        (["render", "a.usda", "--width", "wide"], "invalid int value: 'wide'"),
-        (["render", "a.usda", "--width", "0"], "width: 0 is outside 1..65536"),
+        (["render", "a.usda", "--width", "wide"], "render: error: --width: invalid int value: 'wide'\n"),
+        (["render", "a.usda", "--width", "0"], "render: error: --width: 0 is outside 1..65536\n"),
+        (["render", "a.usda", "--time-limit", "-1"], "render: error: --time-limit: -1.0 is outside"),
+        (["render", "a.usda", "--camera", ""], "render: error: --camera: a name expected, got nothing\n"),
+        (["render", "a.usda", "--purposes", "foo"], "--purposes: 'foo' is none of default, render, proxy, guide\n"),
+        (["check", "a.usda", "--purposes", ""], "--purposes: at least one of default, render, proxy, guide expected"),
+        (["render", "a.usda", "--ambient", "red"], "--ambient: R,G,B expected, such as 0.2,0.2,0.2, or one number"),
         (["render", "a.usda", "--height", "-1"], "height: -1 is outside"),
         (["render", "a.usda", "--width", "1000000000"], "width: 1000000000 is outside"),
         (["render", "a.usda", "--depth", "0"], "depth: 0 is outside"),
@@ -70,12 +82,12 @@ def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd)
         (["render", "a.usda", "--threshold", "nan"], "threshold: nan is outside"),
         (["render", "a.usda", "--bvh", "kd"], "invalid choice: 'kd'"),
         (["render", "a.usda", "--aov", "depth,beauty"], "'beauty' is none of color, depth"),
-        (["render", "a.usda", "--crop", "1,2,3"], "--crop"),
-        (["render", "a.usda", "--crop", "0,0,0,5"], "crop"),
-        (["render", "a.usda", "--background", "1,2"], "invalid colour value: '1,2'"),
+        (["render", "a.usda", "--crop", "1,2,3"], "--crop: X,Y,W,H expected, whole numbers, got '1,2,3'"),
+        (["render", "a.usda", "--crop", "0,0,0,5"], "--crop: whole numbers x, y >= 0"),
+        (["render", "a.usda", "--background", "1,2"], "--background: R,G,B expected"),
         (["render", "a.usda", "--ambient", "nan"], "ambient"),
         (["render", "a.usda", "--exposure", "1000"], "exposure: 1000.0 is outside"),
-        (["render", "a.usda", "--frames", "1:2:3"], "'1:2:3' is none of"),
+        (["render", "a.usda", "--frames", "1:2:3"], "--frames: '1:2:3' is none of"),
         (["render", "a.usda", "--frames", "1:2", "--default-time"], "not allowed with"),
         (["render", "a.usda", "--frames", "1:2", "-o", "a.png"], "exactly one placeholder"),
         (["render", "a.usda", "-o", "a.##.png"], "needs --frames"),
@@ -92,6 +104,34 @@ def test_usage_errors_are_one_line_and_exit_2(capfd, monkeypatch, tmp_path, argu
     assert err.count("\n") == 1
     assert said in err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "code"),
+    [
+        (["info", "a.usda", "--json"], errors.SceneError("a.usda: no\nprim"), 3),
+        (["info", "a.usda", "--json"], KeyboardInterrupt(), 130),
+        (["info", "--json"], None, 2),
+        (["render", "a.usda", "--json", "--width", "0"], None, 2),
+    ],
+)
+def test_failures_are_json_objects_where_one_is_awaited(monkeypatch, capfd, arguments, error, code):
+    monkeypatch.setattr(warp_rt.cli.info, "run", _raising(error))
+    assert main(arguments) == code
+    out, err = capfd.readouterr()
+    (kind, told), *more = json.loads(out).items()
+    assert (kind, more, told["code"]) == ("error", [], code)
+    assert err == f"warp-rt {arguments[0]}: error: {one_line(told['message'])}\n"
+
+
+def test_a_result_is_the_only_object_even_if_the_end_is_bad(monkeypatch, capfd):
+    def run(args, terminal):
+        terminal.json({"is": "data"})
+        raise errors.SceneError("--strict")
+
+    monkeypatch.setattr(warp_rt.cli.info, "run", run)
+    assert main(["info", "a.usda", "--json"]) == 3
+    assert json.loads(capfd.readouterr().out) == {"is": "data"}
 
 
 def test_no_command_shows_the_help_on_stderr(capfd):

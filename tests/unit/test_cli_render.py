@@ -150,7 +150,12 @@ def test_aovs_are_layers_and_ids_have_their_sidecar(stage, capfd):
 
 def test_frames_become_numbered_files(stage, capfd):
     assert _render("-o", "a.##.exr", "--frames", "1:3x2", "--aov", "color,depth", "--json") == 0
-    result = json.loads(capfd.readouterr().out)
+    out, err = capfd.readouterr()
+    result = json.loads(out)
+    assert [line.partition(":")[0] for line in err.splitlines() if " of 2)" in line] == [
+        "a.01.exr (1 of 2)",
+        "a.03.exr (2 of 2)",
+    ]
     assert result["outputs"] == ["a.01.exr", "a.03.exr"]
     assert [frame["frame"] for frame in result["frames"]] == [1, 3]
     assert result["rays"]["primary"] == 2 * WIDTH * HEIGHT
@@ -174,8 +179,10 @@ def test_default_time_reads_the_values_without_time(stage):
 def test_crop_is_that_part_of_the_picture(stage):
     assert _render("-o", "whole.exr") == 0
     assert _render("-o", "part.exr", "--crop", "2,3,7,4") == 0
-    whole, part = _channels("whole.exr"), _channels("part.exr")
+    assert _render("-o", "edge.exr", "--crop", "12,6,100,100") == 0  # what lies outside is left off
+    whole, part, edge = (_channels(f"{name}.exr") for name in ("whole", "part", "edge"))
     for name in "RGBA":
+        assert np.array_equal(edge[name], whole[name][6:, 12:])
         assert np.array_equal(part[name], whole[name][3:7, 2:9])
 
 
@@ -218,6 +225,11 @@ def test_missing_and_broken_scenes_exit_3_and_name_the_file(stage, capfd):
     assert not (stage.parent / "a.png").exists()
 
 
+def test_prim_that_is_no_camera_is_called_that(stage, capfd):
+    assert _render("-o", "a.png", "--camera", "/World/Wall") == 3
+    assert "wall.usda: /World/Wall is no camera; it has /World/Front\n" in capfd.readouterr().err
+
+
 def test_unknown_camera_exits_3_with_near_matches(stage, capfd):
     assert _render("-o", "a.png", "--camera", "Frond") == 3
     assert "Front" in capfd.readouterr().err
@@ -229,7 +241,11 @@ def test_strict_makes_warnings_errors_before_anything_is_written(stage, capfd):
     assert "warning: W520 wall.usda: complexity high is not supported yet" in capfd.readouterr().err
     (stage.parent / "a.png").unlink()
     assert _render("-o", "a.png", "--complexity", "high", "--strict") == 3
-    assert "--strict: 1 warning: W520" in capfd.readouterr().err
+    err = capfd.readouterr().err
+    assert err.count("W520") == 1
+    assert err.endswith("warp-rt render: error: wall.usda: --strict: 1 warning\n")
+    assert _render("-o", "a.png", "--complexity", "high", "--strict", "-q") == 3
+    assert "--strict: 1 warning: W520 wall.usda: complexity high" in capfd.readouterr().err  # nobody else told it
     assert not (stage.parent / "a.png").exists()
 
 
@@ -261,7 +277,7 @@ def test_unwritable_output_exits_6_before_the_scene_is_read(stage, capfd, output
     assert output in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("output", [f"{300 * 'x'}.png", f"{300 * 'x'}/a.png", f"{245 * 'x'}.png"])
+@pytest.mark.parametrize("output", [f"{300 * 'x'}.png", f"{300 * 'x'}/a.png", f"{250 * 'x'}.png"])
 def test_names_that_no_file_can_have_exit_6(stage, capfd, output):
     """The last is short enough for a picture, but not for the AOV beside it."""
     assert main(["render", "missing.usda", "-o", output, "--aov", "color,depth"]) == 6
@@ -424,10 +440,11 @@ def test_check_prints_each_diagnostic_and_strict_exits_3(stage, capfd):
     assert out.startswith("W1")
     assert "/World/Wall" in out
     assert main(["check", "wall.usda", "--strict"]) == 3
-    assert capfd.readouterr().out == out
+    assert capfd.readouterr() == (out, "warp-rt check: error: wall.usda: --strict: 1 warning\n")
     assert main(["check", "wall.usda", "--json"]) == 0
     report = json.loads(capfd.readouterr().out)
-    assert report["warnings"] == len(report["diagnostics"]) == out.count("\n")
+    assert len(report["diagnostics"]) == out.count("\n")
+    assert report["warnings"] == sum(line.startswith("W") for line in out.splitlines()) == 1
 
 
 def test_doctor_tells_versions_devices_and_the_cache(capfd):

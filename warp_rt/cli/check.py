@@ -32,7 +32,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     else:
         for record in scene.diagnostics:
             terminal.data(one_line(record))
-    terminal.info(f"{args.scene}: {warning_count} warning{'' if warning_count == 1 else 's'}")
     if args.strict:
-        refuse_warnings(args.scene, scene.diagnostics)
+        refuse_warnings(args.scene, scene.diagnostics, are_told=True)
+    terminal.info(f"{args.scene}: {warning_count} warning{'' if warning_count == 1 else 's'}")
     return 0

@@ -8,17 +8,16 @@ A command's module is imported when it is asked for, and it imports Warp, pxr an
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import FrameType
 
-from warp_rt.cli.parser import near_matches
+from warp_rt.cli.parser import Parser, near_matches
 from warp_rt.cli.terminal import Terminal, data_only_stdout
 from warp_rt.errors import LimitError, OptionError, WarpRtError
 
@@ -31,6 +30,8 @@ COMMANDS = {
     "warmup": "compile the kernels ahead of the first render",
     "doctor": "tell versions, devices and caches",
 }
+
+_WARP_IS_OUT_OF_MEMORY = "Failed to allocate"
 
 EXIT_INTERNAL = 1
 EXIT_INTERRUPTED = 128 + signal.SIGINT
@@ -77,42 +78,60 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 0
         if name not in COMMANDS:
             raise OptionError(_unknown_command(name))
-        command = import_module(f"warp_rt.cli.{name}")
-        args = command.parser().parse(rest)
     except WarpRtError as error:
         terminal.error(error)
         return error.exit_code
+    return _command(name, rest)
+
+
+def _command(name: str, arguments: list[str]) -> int:
+    """Parse a command's arguments, run it, and return the exit code that its end deserves."""
+    command = import_module(f"warp_rt.cli.{name}")
+    parser: Parser = command.parser()
+    program = f"{PROGRAM} {name}"
+    try:
+        args = parser.parse(arguments)
+    except OptionError as error:
+        return _fail(Terminal(program), error.exit_code, str(error), as_json="--json" in arguments)
     except SystemExit as end:  # argparse has printed its help
         return int(end.code or 0)
-    return _run(command.run, args, name)
-
-
-def _run(run: Callable[[argparse.Namespace, Terminal], int], args: argparse.Namespace, name: str) -> int:
-    """Run a command and return the exit code that its end deserves; the traceback of a bug is shown with -v only."""
     verbosity = int(args.verbose) - int(args.quiet)
     with data_only_stdout() as data, _sigterm_raises():
-        terminal = Terminal(f"{PROGRAM} {name}", verbosity=verbosity, color=args.color, data=data)
+        terminal = Terminal(program, verbosity=verbosity, color=args.color, data=data)
         try:
             with terminal.logging():
-                return run(args, terminal)
-        except WarpRtError as error:
-            terminal.error(error)
-            return error.exit_code
-        except _Terminated:
-            terminal.error("terminated")
-            return EXIT_TERMINATED
-        except KeyboardInterrupt:
-            terminal.error("interrupted")
-            return EXIT_INTERRUPTED
-        except MemoryError:
-            terminal.error("out of memory")
-            return LimitError.exit_code
-        except Exception as error:
-            if verbosity > 0:
+                return int(command.run(args, terminal))
+        except (Exception, KeyboardInterrupt) as error:
+            code, message = _verdict(error, parser)
+            if code == EXIT_INTERNAL and verbosity > 0:
                 terminal.text(traceback.format_exc())
-            reason = f"{type(error).__name__}: {error}"
-            terminal.error(f"internal error: {reason} (please report it; -v shows where it happened)")
-            return EXIT_INTERNAL
+            return _fail(terminal, code, message, as_json=getattr(args, "json", False))
+
+
+def _verdict(error: BaseException, parser: Parser) -> tuple[int, str]:
+    """Return the exit code that an error deserves, and what to say."""
+    if isinstance(error, OptionError):
+        return error.exit_code, str(parser.as_argument(error))
+    if isinstance(error, WarpRtError):
+        return error.exit_code, str(error)
+    if isinstance(error, KeyboardInterrupt):
+        is_terminated = isinstance(error, _Terminated)
+        return (EXIT_TERMINATED, "terminated") if is_terminated else (EXIT_INTERRUPTED, "interrupted")
+    if isinstance(error, MemoryError):
+        return LimitError.exit_code, "out of memory"
+    if isinstance(error, RuntimeError) and str(error).startswith(_WARP_IS_OUT_OF_MEMORY):
+        return LimitError.exit_code, f"out of memory: {error}"
+    reason = f"{type(error).__name__}: {error}"
+    return EXIT_INTERNAL, f"internal error: {reason} (please report it; -v shows where it happened)"
+
+
+def _fail(terminal: Terminal, code: int, message: str, *, as_json: bool) -> int:
+    """Tell why there is no result, on stdout too where an object is awaited there; return the exit code."""
+    terminal.error(message)
+    if as_json and not terminal.has_data:
+        with contextlib.suppress(WarpRtError):
+            terminal.json({"error": {"code": code, "message": message}})
+    return code
 
 
 @contextlib.contextmanager

@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import difflib
+import re
 from collections.abc import Callable, Iterable
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from warp_rt.cli.terminal import COLOR_CHOICES
 from warp_rt.errors import OptionError
+from warp_rt.options import PURPOSES, check_purposes
 
 
 class Parser(argparse.ArgumentParser):
@@ -37,7 +40,15 @@ class Parser(argparse.ArgumentParser):
         Raises:
             OptionError: Always.
         """
-        raise OptionError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
+        about = re.match(r"argument (--?[\w-]+)[^:]*: ", message)  # its first spelling will do
+        raise OptionError(f"{about[1]}: {message[about.end() :]}" if about else f"{message} (see {self.prog} --help)")
+
+    def as_argument(self, error: OptionError) -> OptionError:
+        """Return an error about an option, such as ``time_limit: ...``, in the command line's spelling."""
+        name, colon, rest = str(error).partition(": ")
+        argument = f"--{name.replace('_', '-')}"
+        is_known = colon and any(argument in action.option_strings for action in self._actions)
+        return OptionError(f"{argument}: {rest}") if is_known else error
 
     def parse(self, arguments: list[str]) -> argparse.Namespace:
         """Return the parsed arguments.
@@ -63,9 +74,10 @@ def add_scene(parser: Parser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a USD stage: .usda, .usdc, .usd or .usdz")
     parser.add_argument(
         "--purposes",
-        type=names,
+        type=_purposes,
         metavar="P[,P]",
-        help="purposes to draw besides default: render, proxy, guide (default: as the render settings say, else proxy)",
+        help=f"purposes to draw besides default, of {', '.join(PURPOSES)} "
+        "(default: as the render settings say, else proxy)",
     )
 
 
@@ -79,25 +91,39 @@ def names(text: str) -> tuple[str, ...]:
     return tuple(text.replace(",", " ").split())
 
 
-def numbers(count: int, convert: Callable[[str], Any]) -> Callable[[str], tuple[Any, ...]]:
-    """Return a type for argparse: so many numbers, separated by commas."""
+def name(text: str) -> str:
+    """Return a name, which has letters: an empty one is a shell's variable that was not set."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("a name expected, got nothing")
+    return text
 
-    def parse(text: str) -> tuple[Any, ...]:
-        values = tuple(convert(part) for part in text.split(","))
-        if len(values) != count:
-            raise ValueError(text)
-        return values
 
-    parse.__name__ = f"list of {count} numbers"  # argparse says: invalid ... value
+def whole_numbers(form: str) -> Callable[[str], tuple[int, ...]]:
+    """Return a type for argparse: whole numbers in a form such as ``X,Y,W,H``."""
+
+    def parse(text: str) -> tuple[int, ...]:
+        with contextlib.suppress(ValueError):
+            values = tuple(int(part) for part in text.split(","))
+            if len(values) == form.count(",") + 1:
+                return values
+        raise argparse.ArgumentTypeError(f"{form} expected, whole numbers, got {text!r}")
+
     return parse
 
 
 def rgb(text: str) -> tuple[float, float, float]:
     """Return a colour: ``R,G,B``, or one number for a grey."""
-    values = tuple(float(part) for part in text.split(","))
-    if len(values) not in (1, 3):
-        raise ValueError(text)
-    return values * 3 if len(values) == 1 else values  # type: ignore[return-value]
+    with contextlib.suppress(ValueError):
+        values = tuple(float(part) for part in text.split(","))
+        if len(values) in (1, 3):
+            return values * 3 if len(values) == 1 else values  # type: ignore[return-value]
+    raise argparse.ArgumentTypeError(f"R,G,B expected, such as 0.2,0.2,0.2, or one number, got {text!r}")
 
 
-rgb.__name__ = "colour"
+def _purposes(text: str) -> tuple[str, ...]:
+    values = names(text)
+    try:
+        check_purposes(values)
+    except OptionError as error:
+        raise argparse.ArgumentTypeError(str(error).partition(": ")[2]) from error
+    return values

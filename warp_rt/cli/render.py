@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
-from warp_rt.cli.parser import Parser, add_json, add_scene, names, numbers, rgb
+from warp_rt.cli.parser import Parser, add_json, add_scene, name, names, rgb, whole_numbers
 from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
 from warp_rt.cli.render_summary import frame_summary, summary_line, whole_run
@@ -37,8 +37,9 @@ OUT decides by its extension: .exr holds every AOV as linear float; .png (straig
 colour for display, and every further AOV is written beside it, exact, as NAME.AOV.npy. Wherever there are ids,
 NAME.ids.json says which prim each number stands for. No file is ever left half written.
 
-FRAMES is a list of 123, 101:105, 105:101, 101:109x2 or 101:104x0.5; OUT then holds one placeholder for the frame's
-number, ### or ###.## where there are fractions. Without --frames, the stage's start time is rendered.
+FRAMES is a list of 123, 101:105, 105:101, 101:109x2 or 101:104x0.5; write --frames=-3:-1 where
+it begins with a minus. OUT then holds one placeholder for the frame's number, ### or ###.## where there are fractions.
+Without --frames, the stage's start time is rendered.
 """
 
 
@@ -61,14 +62,20 @@ def _add_view(result: Parser) -> None:
     view.add_argument(
         "--camera",
         "-cam",
+        type=name,
         metavar="CAMERA",
         help="path or name of a camera (default: the render settings' one, main_cam, the first; else framed)",
     )
     view.add_argument("--width", "-w", "--imageWidth", type=int, metavar="PIXELS", help="default: 960")
     view.add_argument("--height", type=int, metavar="PIXELS", help="default: from the camera's aspect ratio")
-    view.add_argument("--crop", type=numbers(4, int), metavar="X,Y,W,H", help="render this part, from the top left")
+    view.add_argument(
+        "--crop",
+        type=whole_numbers("X,Y,W,H"),
+        metavar="X,Y,W,H",
+        help="render this part, counted from the top left; what lies outside the picture is left off",
+    )
     when = view.add_mutually_exclusive_group()
-    when.add_argument("--frames", "-f", metavar="FRAMES", help="time codes to render, such as 1:24")
+    when.add_argument("--frames", "-f", metavar="FRAMES", help="time codes to render: 1:24, or --frames=-3:-1")
     when.add_argument(
         "--default-time", "-d", "--defaultTime", action="store_true", help="render the values that hold at no time"
     )
@@ -154,8 +161,10 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     voice = _Voice(terminal)
     frames = []
     for index, shot in enumerate(shots):
-        label = f"rendering {shot.output.name}" + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
-        frames.append(_render(args, options, shot, voice, label))
+        file = shot.output.name + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
+        frames.append(_render(args, options, shot, voice, f"rendering {file}"))
+        if len(shots) > 1 and not terminal.is_interactive:
+            terminal.info(f"{file}: {frames[-1]['seconds']['total']:.2f} s")
     result = whole_run(frames, [shot.time for shot in shots])
     result["seconds"] |= {"start": start, "total": seconds_since_start()}
     result["memory"]["peak_bytes"] = peak_memory()
@@ -242,7 +251,7 @@ def _render(args: argparse.Namespace, options: RenderOptions, shot: _Shot, voice
     diagnostics = [*scene.diagnostics, *_complexity_warning(args)]
     voice.diagnostics(diagnostics)
     if args.strict:
-        refuse_warnings(args.scene, diagnostics)
+        refuse_warnings(args.scene, diagnostics, are_told=voice.terminal.verbosity >= 0)
     _spare_inputs(scene, planned_files(shot.output, args.aov).values())
 
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)

@@ -16,13 +16,19 @@ def add_strict(parser: Parser) -> None:
     parser.add_argument("--strict", action="store_true", help="any warning is an error (exit code 3)")
 
 
-def refuse_warnings(scene: str, records: Iterable[Diagnostic]) -> None:
+def refuse_warnings(scene: str, records: Iterable[Diagnostic], *, are_told: bool) -> None:
     """Return if there are notes at most.
 
+    Args:
+        scene: Its file.
+        records: What was found in it.
+        are_told: Whether the warnings have been shown already; else the error names the first.
+
     Raises:
-        SceneError: There are warnings; it names the first.
+        SceneError: There are warnings.
     """
     warnings = [record for record in records if record.is_warning]
     if warnings:
-        count = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, the first"
-        raise SceneError(f"{scene}: --strict: {count}: {warnings[0]}")
+        count = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings"
+        first = "" if are_told else f"{', the first' if len(warnings) > 1 else ''}: {warnings[0]}"
+        raise SceneError(f"{scene}: --strict: {count}{first}")

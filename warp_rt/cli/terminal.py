@@ -42,6 +42,8 @@ class Terminal:
         self.verbosity = verbosity
         self.has_color = wants_color(color)
         self._data = data
+        self.has_data = False
+        """Whether a result went to stdout."""
 
     @property
     def is_interactive(self) -> bool:
@@ -91,6 +93,7 @@ class Terminal:
         stream = self._data or sys.stdout
         if stream is None:
             return
+        self.has_data = True
         try:
             print(text, file=stream, flush=True)
         except BrokenPipeError:

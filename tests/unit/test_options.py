@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Options of a wrong type or name are refused by name, in one line, before anything is loaded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import warp_rt
+from warp_rt.errors import OptionError, SceneError, WarpRtError
+from warp_rt.options import PURPOSES, RenderOptions
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"aovs": "color"}, "aovs: a sequence expected, such as ('color',)"),
+        ({"aovs": 5}, "aovs: a sequence expected, got 5"),
+        ({"aovs": (5,)}, "aov: 5 is none of color, depth"),
+        ({"width": "640"}, "width: a whole number expected, got '640'"),
+        ({"width": 640.0}, "width: a whole number expected, got 640.0"),
+        ({"height": True}, "height: a whole number expected, got True"),
+        ({"spp": None}, "spp: a whole number expected, got None"),
+        ({"seed": None}, "seed: a whole number expected, got None"),
+        ({"tile_size": None}, "tile_size: a whole number expected, got None"),
+        ({"depth": 2.5}, "depth: a whole number expected, got 2.5"),
+        ({"threshold": "0"}, "threshold: a number expected, got '0'"),
+        ({"time_limit": "1"}, "time_limit: a number expected, got '1'"),
+        ({"ambient": 0.5}, "ambient: a sequence expected, got 0.5"),
+        ({"ambient": ("1", "1", "1")}, "ambient: three finite numbers expected"),
+        ({"background": "red"}, "background: a sequence expected"),
+        ({"crop": (0, 0, 4)}, "crop: whole numbers x, y >= 0"),
+        ({"crop": (0.0, 0, 4, 4)}, "crop: whole numbers x, y >= 0"),
+        ({"bvh": ["sah"]}, "bvh: ['sah'] is none of sah, median"),
+        ({"widht": 640}, "widht: unknown option; did you mean width?"),
+        ({"samples": 4}, "samples: unknown option; there are width, height, spp"),
+    ],
+)
+def test_wrong_options_are_named(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(OptionError) as raised:
+        warp_rt.render("no such file.usda", **options)
+    assert str(raised.value).startswith(said)
+    assert "\n" not in str(raised.value)
+
+
+def test_numpys_numbers_and_lists_are_as_good() -> None:
+    options = RenderOptions(
+        width=np.int64(4), threshold=np.float32(0.5), aovs=["depth"], crop=[0, 0, 1, 1], background=np.zeros(3)
+    )
+    assert (options.aovs, options.crop, options.background) == (("depth",), (0, 0, 1, 1), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("purposes", [("foo",), ("render", ""), (), "render"])
+def test_purposes_are_from_a_list(purposes: Any) -> None:
+    with pytest.raises(OptionError, match=r"^purposes: ") as raised:
+        warp_rt.load_scene("no such file.usda", purposes=purposes)
+    assert isinstance(purposes, str) or ", ".join(PURPOSES) in str(raised.value)
+
+
+@pytest.mark.parametrize("scene", [5, None, b"a.usda"])
+def test_what_is_no_scene_is_refused(scene: Any) -> None:
+    with pytest.raises(SceneError, match=r"^a path or an open Usd\.Stage expected, got "):
+        warp_rt.load_scene(scene)
+    with pytest.raises(WarpRtError):
+        warp_rt.render(scene)
