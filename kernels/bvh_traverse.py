@@ -5,13 +5,23 @@
 import warp as wp
 
 from .bvh_structs import AccelData, Hit, InstanceRecord, Stack
-from .constants import LEAF_FLOATS, LEAF_IDS, MOLLER_TRUMBORE, NODE_CHILDREN, NODE_FLOATS, WATERTIGHT, WIDTH
+from .constants import (
+    LEAF_FLOATS,
+    LEAF_IDS,
+    MOLLER_TRUMBORE,
+    NO_TRIANGLE,
+    NODE_CHILDREN,
+    NODE_FLOATS,
+    WATERTIGHT,
+    WIDTH,
+)
 from .intersect_packet import (
     PacketRay,
     intersect_boxes,
     intersect_triangles,
     lowest_bit,
     make_packet_ray,
+    packet_triangle,
     packet_vertex,
 )
 from .intersect_triangle import intersect_moller_trumbore, intersect_plane_projection
@@ -92,7 +102,7 @@ def intersect_triangles_one_by_one(
             hit = intersect_moller_trumbore(ray.origin, ray.direction, p0, p1, p2)
         else:
             hit = intersect_plane_projection(ray.origin, ray.direction, p0, p1, p2)
-        if hit.t < t_nearest:
+        if hit.t < t_nearest and packet_triangle(accel.leaves, leaf, lane) != ray.skip:
             t_nearest = hit.t
             nearest = lane
             tuv[0] = hit.t
@@ -119,11 +129,27 @@ def set_ray(target: wp.ref[PacketRay], source: PacketRay):
     target.inverse = source.inverse
     target.shear = source.shear
     target.axes = source.axes
+    target.skip = source.skip
+
+
+@wp.func
+def triangle_to_skip(accel: wp.ref[AccelData], record: int, instance: int, triangle: int) -> int:
+    """Return the triangle to skip below an instance record, for a ray that starts on an instance's triangle."""
+    if accel.instances[record].instance == instance:
+        return triangle
+    return NO_TRIANGLE
 
 
 @wp.func
 def traverse(
-    accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, is_any: bool, stack: Stack
+    accel: wp.ref[AccelData],
+    origin: wp.vec3,
+    direction: wp.vec3,
+    t_max: float,
+    is_any: bool,
+    from_instance: int,
+    from_triangle: int,
+    stack: Stack,
 ) -> Hit:
     """Return the closest hit in [0, t_max), or the first one found if ``is_any``.
 
@@ -144,6 +170,8 @@ def traverse(
     found = int(-1)
     instance = int(accel.only_instance)
     base = int(-1)
+    if instance >= 0:
+        ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
     push(stack, 0, accel.root, 0.0)
     top = int(1)
     while top > 0:
@@ -163,6 +191,7 @@ def traverse(
                         instance = -1 - node
                         base = top
                         set_ray(ray, local_ray)
+                        ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
                         push(stack, top, accel.instances[instance].root, t_entry)
                         top += 1
                 else:
@@ -196,10 +225,42 @@ def closest_hit(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t
         t_max: End of the ray; may be inf.
         stack: Scratch memory, from ``stack_of_thread``.
     """
-    return traverse(accel, origin, direction, t_max, False, stack)
+    return traverse(accel, origin, direction, t_max, False, -1, NO_TRIANGLE, stack)
 
 
 @wp.func
 def any_hit(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> bool:
     """Return whether anything is hit in [0, t_max); arguments as for ``closest_hit``."""
-    return traverse(accel, origin, direction, t_max, True, stack).instance >= 0
+    return traverse(accel, origin, direction, t_max, True, -1, NO_TRIANGLE, stack).instance >= 0
+
+
+@wp.func
+def closest_hit_from(
+    accel: wp.ref[AccelData],
+    origin: wp.vec3,
+    direction: wp.vec3,
+    t_max: float,
+    instance: int,
+    triangle: int,
+    stack: Stack,
+) -> Hit:
+    """Return what ``closest_hit`` returns for a ray that starts on a triangle of an instance.
+
+    It cannot meet that triangle again: however near to its plane the ray runs, rounding makes no hit of it. ``instance``
+    -1: the ray starts anywhere.
+    """
+    return traverse(accel, origin, direction, t_max, False, instance, triangle, stack)
+
+
+@wp.func
+def any_hit_from(
+    accel: wp.ref[AccelData],
+    origin: wp.vec3,
+    direction: wp.vec3,
+    t_max: float,
+    instance: int,
+    triangle: int,
+    stack: Stack,
+) -> bool:
+    """Return whether anything but the triangle that the ray starts on is hit in [0, t_max)."""
+    return traverse(accel, origin, direction, t_max, True, instance, triangle, stack).instance >= 0

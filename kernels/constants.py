@@ -56,6 +56,9 @@ SLAB_SCALE = wp.constant(1.0 + 4.0 * 2.0**-23)
 Reference: Ize (2013), Robust BVH Ray Traversal, JCGT 2(2), section 3.
 """
 
+NO_TRIANGLE = wp.constant(-2)
+"""Index of no triangle; an empty lane of a leaf packet has -1."""
+
 WATERTIGHT = wp.constant(0)
 """``AccelData.intersector``: Woop, Benthin and Wald; eight triangles at once."""
 
@@ -76,8 +79,14 @@ SPAWN_OFFSET_MIN = wp.constant(2.0**-26)
 """Least offset, relative to the triangle's size: a ray straight up must not start on the plane z = 0 itself, where
 there are no roundings to be bounded."""
 
+RIM = wp.constant(2.0**-20)
+"""Barycentric coordinate below which a point counts as lying at the triangle's rim: 16 roundings of 2^-24."""
+
 PASS_LIMIT = wp.constant(32)
 """Surfaces, or parts of one, that a ray passes straight through: no bounces, with a limit of their own."""
+
+SHADOW_LIMIT = wp.constant(4096)
+"""Surfaces that a shadow ray crosses before it counts as blocked: a bound on the loop, beyond any real stage."""
 
 # --- materials
 

@@ -10,7 +10,7 @@ what it computes and which tests compare it with, ray by ray.
 import warp as wp
 
 from .bounds import intersect_box, inverse_direction
-from .constants import LEAF_FLOATS, NODE_FLOATS, SLAB_SCALE, WIDTH
+from .constants import LEAF_FLOATS, LEAF_IDS, NO_TRIANGLE, NODE_FLOATS, SLAB_SCALE, WIDTH
 from .intersect_triangle import intersect_watertight, shear_axes, shear_factors
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -28,6 +28,8 @@ class PacketRay:
     """``shear_factors``, for triangles."""
     axes: wp.vec3i
     """``shear_axes``, for triangles."""
+    skip: int
+    """Triangle of the mesh that the ray starts on and cannot meet again, or NO_TRIANGLE."""
 
 
 @wp.func
@@ -39,6 +41,7 @@ def make_packet_ray(origin: wp.vec3, direction: wp.vec3) -> PacketRay:
     ray.inverse = inverse_direction(direction)
     ray.axes = shear_axes(direction)
     ray.shear = shear_factors(direction, ray.axes)
+    ray.skip = NO_TRIANGLE
     return ray
 
 
@@ -50,6 +53,7 @@ _VECTOR_TYPES = r"""
 typedef float float8 __attribute__((ext_vector_type(8)));
 typedef float float8_load __attribute__((ext_vector_type(8), aligned(4)));
 typedef int int8x __attribute__((ext_vector_type(8)));
+typedef int int8_load __attribute__((ext_vector_type(8), aligned(4)));
 typedef bool bool8 __attribute__((ext_vector_type(8)));
 #define WARP_RT_LOAD(p) (*(const float8_load*)(p))
 #define WARP_RT_MIN(a, b) ((a) < (b) ? (a) : (b))
@@ -135,6 +139,7 @@ _TRIANGLES = (
     const float origin_x = ray.origin[ray.axes[0]], origin_y = ray.origin[ray.axes[1]];
     const float origin_z = ray.origin[ray.axes[2]];
     const float shear_x = ray.shear[0], shear_y = ray.shear[1], shear_z = ray.shear[2];
+    const int* ids = (const int*)rows + 72;
     int nearest = -1;
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     for (int lane = 0; lane < 8; ++lane) {
@@ -148,7 +153,7 @@ _TRIANGLES = (
         const float determinant = edge_u + edge_v + edge_w;
         const bool is_inside = (edge_u >= 0.0f && edge_v >= 0.0f && edge_w >= 0.0f)
             || (edge_u <= 0.0f && edge_v <= 0.0f && edge_w <= 0.0f);
-        if (is_inside && determinant != 0.0f) {
+        if (is_inside && determinant != 0.0f && ids[lane] != ray.skip) {
             const float t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear_z / determinant);
             if (t >= 0.0f && t < t_max) {
                 t_max = t;
@@ -178,7 +183,8 @@ _TRIANGLES = (
     const float8 determinant = edge_u + edge_v + edge_w;
     const float8 least_uv = WARP_RT_MIN(edge_u, edge_v), greatest_uv = WARP_RT_MAX(edge_u, edge_v);
     const float8 least = WARP_RT_MIN(least_uv, edge_w), greatest = WARP_RT_MAX(greatest_uv, edge_w);
-    const int8x is_inside = ((least >= 0.0f) | (greatest <= 0.0f)) & (determinant != 0.0f);
+    const int8x is_inside = ((least >= 0.0f) | (greatest <= 0.0f)) & (determinant != 0.0f)
+        & (*(const int8_load*)ids != ray.skip);
     // Most packets are missed: the division is paid for by rays that pass through a triangle only.
     if (WARP_RT_MASK(is_inside) == 0)
         return -1;
@@ -208,7 +214,7 @@ _TRIANGLES = (
 def intersect_triangles(leaves: wp.array[float], leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]) -> int:
     """Return the lane of a leaf packet's triangle that a ray meets first in [0, t_max), or -1.
 
-    Writes (t, u, v) to ``tuv[0:3]`` on a hit. Watertight, as ``intersect_watertight`` is.
+    Writes (t, u, v) to ``tuv[0:3]`` on a hit. Watertight, as ``intersect_watertight`` is, but for ``ray.skip``.
     """
     ...
 
@@ -218,6 +224,12 @@ def packet_vertex(leaves: wp.array[float], leaf: int, lane: int, corner: int) ->
     """Return a vertex of a packet's triangle; NaN in an empty lane."""
     base = leaf * LEAF_FLOATS + corner * 24 + lane
     return wp.vec3(leaves[base], leaves[base + 8], leaves[base + 16])
+
+
+@wp.func
+def packet_triangle(leaves: wp.array[float], leaf: int, lane: int) -> int:
+    """Return the index of a packet's triangle in its mesh; -1 for an empty lane."""
+    return wp.cast(leaves[leaf * LEAF_FLOATS + LEAF_IDS + lane], wp.int32)
 
 
 @wp.func
@@ -232,7 +244,7 @@ def intersect_triangles_plain(
         p1 = packet_vertex(leaves, leaf, lane, 1)
         p2 = packet_vertex(leaves, leaf, lane, 2)
         hit = intersect_watertight(ray.origin, ray.direction, p0, p1, p2)
-        if hit.t < t_nearest:
+        if hit.t < t_nearest and packet_triangle(leaves, leaf, lane) != ray.skip:
             t_nearest = hit.t
             nearest = lane
             tuv[0] = hit.t

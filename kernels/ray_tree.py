@@ -10,7 +10,7 @@ times the product of the coefficients on the way, so a node needs no memory of i
 import warp as wp
 
 from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
-from .bvh_traverse import closest_hit
+from .bvh_traverse import closest_hit_from
 from .camera import eye_direction, eye_origin
 from .constants import PASS_LIMIT
 from .environment import environment
@@ -130,6 +130,8 @@ def child_task(
     child.weight = parent.weight * max_component(coefficient)
     child.depth = parent.depth + 1
     child.passes = parent.passes
+    child.from_instance = surface.instance
+    child.from_triangle = surface.triangle
     child.leaked = leaked
     return child
 
@@ -210,6 +212,7 @@ def trace_tree(
     eye.coefficient = wp.vec3(1.0, 1.0, 1.0)
     eye.weight = 1.0
     eye.depth = 1
+    eye.from_instance = -1
     eye.leaked = -1
     tasks[0] = eye
     count(counts, PRIMARY)
@@ -219,14 +222,14 @@ def trace_tree(
         top -= 1
         task = tasks[top]
         reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
-        hit = closest_hit(accel, task.origin, task.direction, reach, stack)
+        hit = closest_hit_from(accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack)
         if hit.instance < 0:
             behind, behind_alpha = environment(scene, frame, task.direction, task.depth)
             color += wp.cw_mul(task.coefficient, behind)
             if task.depth == 1:
                 alpha += task.weight * behind_alpha
             continue
-        surface = make_surface(scene, hit.instance, hit.triangle, hit.u, hit.v)
+        surface = make_surface(scene, hit, task.origin, task.direction)
         shading = eval_material(scene, surface, -task.direction, task.leaked)
         if task.depth == 1:
             travelled += hit.t
@@ -242,6 +245,8 @@ def trace_tree(
                 onward.coefficient = task.coefficient * (1.0 - shading.presence)
                 onward.weight = task.weight * (1.0 - shading.presence)
                 onward.passes = task.passes + 1
+                onward.from_instance = surface.instance
+                onward.from_triangle = surface.triangle
                 tasks[top] = onward
                 top += 1
                 count(counts, PASSED)

@@ -5,8 +5,8 @@
 import warp as wp
 
 from .bvh_structs import AccelData, Stack
-from .bvh_traverse import any_hit, closest_hit
-from .constants import PASS_LIMIT
+from .bvh_traverse import any_hit_from, closest_hit_from
+from .constants import SHADOW_LIMIT
 from .environment import dome_irradiance
 from .light import sample_light
 from .material import MODEL_WHITTED, Shading, eval_material, eval_response
@@ -40,14 +40,18 @@ def shadow_ray(
     zero = wp.vec3(0.0, 0.0, 0.0)
     origin = spawn_origin(scene, surface, direction)
     if mode == SHADOW_OPAQUE:
-        return wp.where(any_hit(accel, origin, direction, distance, stack), zero, one)
+        if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack):
+            return zero
+        return one
     result = one
     remaining = float(distance)
-    for _crossing in range(wp.int32(PASS_LIMIT)):
-        hit = closest_hit(accel, origin, direction, remaining, stack)
+    instance = surface.instance
+    triangle = surface.triangle
+    for _crossing in range(wp.int32(SHADOW_LIMIT)):
+        hit = closest_hit_from(accel, origin, direction, remaining, instance, triangle, stack)
         if hit.instance < 0:
             return result
-        crossed = make_surface(scene, hit.instance, hit.triangle, hit.u, hit.v)
+        crossed = make_surface(scene, hit, origin, direction)
         shading = eval_material(scene, crossed, -direction, -1)
         kt = shading.kt * shading.presence
         if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
@@ -57,6 +61,8 @@ def shadow_ray(
             return zero
         origin = spawn_origin(scene, crossed, direction)
         remaining -= hit.t
+        instance = hit.instance
+        triangle = hit.triangle
     return zero
 
 

@@ -232,6 +232,9 @@ class RayTask:
     depth: wp.int32
     passes: wp.int32
     """Straight alpha pass-throughs so far."""
+    from_instance: wp.int32
+    """Instance and triangle that the ray starts on; -1: it starts at the eye."""
+    from_triangle: wp.int32
     leaked: wp.int32
     """Instance of whose surface the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
 

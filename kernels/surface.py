@@ -5,7 +5,8 @@
 import warp as wp
 
 from .bounds import widest_axis
-from .constants import SPAWN_OFFSET, SPAWN_OFFSET_MIN
+from .bvh_structs import Hit
+from .constants import RIM, SPAWN_OFFSET, SPAWN_OFFSET_MIN
 from .structs import SceneData, mat34
 from .vector import face_forward
 
@@ -21,14 +22,8 @@ class Surface:
     """Unit, outward: the side that counter-clockwise triangles face, under mirroring transforms too."""
     n_shading: wp.vec3
     """Unit, interpolated, on whichever side the mesh's normals are."""
-    n_local: wp.vec3
-    """Unit geometric normal in the mesh's space."""
-    plane_scale: wp.float32
-    """World distance between two planes parallel to the triangle that are 1 apart in the mesh's space."""
     magnitude: wp.vec3
-    """Per local axis, the sum of the magnitudes that were added up for the position."""
-    reach: wp.vec3
-    """Per local axis, how far the triangle's corners are from the position."""
+    """Per axis of the mesh's space, the magnitudes that were added up for the position."""
     u: wp.float32
     v: wp.float32
     triangle: wp.int32
@@ -134,41 +129,67 @@ def eval_primvar(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, 
 
 
 @wp.func
-def make_surface(scene: wp.ref[SceneData], instance: int, triangle: int, u: float, v: float) -> Surface:
-    """Return the surface point with barycentrics (u, v) of a triangle of an instance."""
-    placed = scene.instances[instance]
+def triangle_corners(scene: wp.ref[SceneData], mesh: int, triangle: int):
+    """Return the three corners of a triangle, in its mesh's space."""
+    data = scene.meshes[mesh]
+    corner = scene.corners[data.triangle_offset + triangle]
+    p0 = scene.points[data.point_offset + corner[0]]
+    p1 = scene.points[data.point_offset + corner[1]]
+    p2 = scene.points[data.point_offset + corner[2]]
+    return p0, p1, p2
+
+
+@wp.func
+def triangle_normal(p0: wp.vec3, p1: wp.vec3, p2: wp.vec3) -> wp.vec3:
+    """Return the unit normal of a triangle of any size; zero if it has no area."""
+    e1 = p1 - p0
+    e2 = p2 - p0
+    size = wp.max(wp.max(max_abs(e1), max_abs(e2)), 1.0e-30)
+    return wp.normalize(wp.cross(e1 / size, e2 / size))
+
+
+@wp.func
+def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3, ray_direction: wp.vec3) -> Surface:
+    """Return the surface point where a ray, in world space, hits a triangle of an instance."""
+    placed = scene.instances[hit.instance]
     mesh = scene.meshes[placed.mesh]
-    corner = scene.corners[mesh.triangle_offset + triangle]
-    p0 = scene.points[mesh.point_offset + corner[0]]
-    p1 = scene.points[mesh.point_offset + corner[1]]
-    p2 = scene.points[mesh.point_offset + corner[2]]
+    u = hit.u
+    v = hit.v
 
     s = Surface()
-    s.instance = instance
-    s.triangle = triangle
+    s.instance = hit.instance
+    s.triangle = hit.triangle
     s.mesh = placed.mesh
     s.u = u
     s.v = v
     slot = int(0)
     if mesh.slot_offset >= 0:
-        slot = scene.material_slots[mesh.slot_offset + triangle]
+        slot = scene.material_slots[mesh.slot_offset + hit.triangle]
     s.material = scene.material_table[placed.material_offset + slot]
 
-    # Barycentrics give a point on the triangle to within rounding; origin + t * direction would not.
+    p0, p1, p2 = triangle_corners(scene, placed.mesh, hit.triangle)
+    n_local = triangle_normal(p0, p1, p2)
+    n_world = transform_normal(placed.local_from_world, n_local)
+    s.n_geometric = n_world / wp.max(wp.length(n_world), 1.0e-30)
+
+    # The point by barycentrics is on the triangle to within roundings of its corners; that along the ray, of the ray.
+    # Of a great ground plane only the second is any good, once t comes from the plane's equation.
     w = 1.0 - u - v
     local = w * p0 + u * p1 + v * p2
-    s.position = transform_point(placed.world_from_local, local)
-    s.n_local = wp.normalize(wp.cross(p1 - p0, p2 - p0))
-    n_world = transform_normal(placed.local_from_world, s.n_local)
-    length = wp.length(n_world)
-    s.plane_scale = 1.0 / wp.max(length, 1.0e-30)
-    s.n_geometric = n_world * s.plane_scale
     s.magnitude = wp.abs(p0) * w + wp.abs(p1) * u + wp.abs(p2) * v
-    s.reach = wp.max(wp.max(wp.abs(p0 - local), wp.abs(p1 - local)), wp.abs(p2 - local))
+    origin = transform_point(placed.local_from_world, ray_origin)
+    direction = transform_vector(placed.local_from_world, ray_direction)
+    along_ray = wp.abs(origin) + wp.abs(direction) * hit.t
+    corners = wp.max(wp.max(max_abs(p0), max_abs(p1)), max_abs(p2))
+    slope = wp.dot(n_local, direction)
+    if max_abs(along_ray) < 0.25 * corners and slope != 0.0:
+        local = origin + direction * (wp.dot(n_local, p0 - origin) / slope)
+        s.magnitude = along_ray + wp.abs(p0)
+    s.position = transform_point(placed.world_from_local, local)
     s.n_shading = s.n_geometric
     normals = scene.primvars[placed.mesh * scene.primvar_count + NORMALS_SLOT]
     if normals.component_count > 0:
-        n = transform_normal(placed.local_from_world, eval_normals(scene, placed.mesh, triangle, u, v))
+        n = transform_normal(placed.local_from_world, eval_normals(scene, placed.mesh, hit.triangle, u, v))
         n_length = wp.length(n)
         if n_length > 0.0:
             s.n_shading = n / n_length
@@ -197,11 +218,9 @@ def surface_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: i
     if primvar.component_count < 2 or primvar.corner_offset < 0:
         return zero, zero
     placed = scene.instances[surface.instance]
-    mesh = scene.meshes[surface.mesh]
-    corner = scene.corners[mesh.triangle_offset + surface.triangle]
-    p0 = scene.points[mesh.point_offset + corner[0]]
-    e1 = transform_vector(placed.world_from_local, scene.points[mesh.point_offset + corner[1]] - p0)
-    e2 = transform_vector(placed.world_from_local, scene.points[mesh.point_offset + corner[2]] - p0)
+    p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
+    e1 = transform_vector(placed.world_from_local, p1 - p0)
+    e2 = transform_vector(placed.world_from_local, p2 - p0)
     uv0 = primvar_corner(scene, surface.mesh, slot, surface.triangle, 0)
     uv1 = primvar_corner(scene, surface.mesh, slot, surface.triangle, 1) - uv0
     uv2 = primvar_corner(scene, surface.mesh, slot, surface.triangle, 2) - uv0
@@ -216,25 +235,31 @@ def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: 
     """Return where a ray that leaves the surface along ``direction`` starts, so that it does not meet it again.
 
     The position is moved along the geometric normal, to the side of the direction, by a multiple of the rounding errors
-    that can have moved it off its triangle, and that can make the triangle test see it elsewhere:
+    that can have moved it off its triangle: of the sums for it, of its transform, and of the way back into the mesh's
+    space, per axis, weighted with the normal. So a ray from a ground plane of any size starts very near.
 
-    - across the triangle's plane, of the sums for the position, of its transform, and of the way back into the mesh's
-      space: per axis, weighted with the normal;
-    - along the ray, of the test's t: it is a mean of the corners along the ray's main axis. What that means across the
-      plane depends on how steeply the ray leaves: straight up from a ground plane of any size it starts very near.
+    The triangle itself is skipped by the ray. At its rim a neighbour can be as near, and is not: there the error of the
+    test's t counts too, which is a mean of the corners along the ray's main axis, by how steeply the ray leaves.
 
     Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections 6.8.5 and 6.8.6; Wächter and
     Binder (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems, chapter 6. Differs: bounds
     of both errors together, in the mesh's space, so that instance transforms and triangles of any size are covered.
     """
     placed = scene.instances[surface.instance]
+    p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
+    n_local = triangle_normal(p0, p1, p2)
     translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
     world = wp.abs(surface.position) + wp.abs(translation)
     sums = surface.magnitude + transform_magnitudes(placed.local_from_world, world)
-    across = wp.dot(wp.abs(surface.n_local), sums)
+    error = wp.dot(wp.abs(n_local), sums)
 
-    local = transform_vector(placed.local_from_world, direction)
-    axis = widest_axis(wp.abs(local))
-    along = surface.reach[axis] * wp.abs(wp.dot(surface.n_local, local) / local[axis])
-    offset = (across + along) * SPAWN_OFFSET + max_abs(surface.reach) * SPAWN_OFFSET_MIN
-    return surface.position + face_forward(surface.n_geometric, direction) * (offset * surface.plane_scale)
+    e1 = wp.abs(p1 - p0)
+    e2 = wp.abs(p2 - p0)
+    if wp.min(wp.min(surface.u, surface.v), 1.0 - surface.u - surface.v) < RIM:
+        local = transform_vector(placed.local_from_world, direction)
+        axis = widest_axis(wp.abs(local))
+        error += wp.max(e1[axis], e2[axis]) * wp.abs(wp.dot(n_local, local) / local[axis])
+    offset = error * SPAWN_OFFSET + wp.max(max_abs(e1), max_abs(e2)) * SPAWN_OFFSET_MIN
+    # Planes that are 1 apart in the mesh's space are this far apart in the world.
+    scale = 1.0 / wp.max(wp.length(transform_normal(placed.local_from_world, n_local)), 1.0e-30)
+    return surface.position + face_forward(surface.n_geometric, direction) * (offset * scale)

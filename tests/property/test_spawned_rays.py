@@ -11,8 +11,8 @@ import warp as wp
 from warp_rt import build_accel
 from warp_rt.accel import make_stacks
 from warp_rt.device_scene import upload_scene
-from warp_rt.kernels.bvh_structs import AccelData, Stacks, stack_of_thread
-from warp_rt.kernels.bvh_traverse import any_hit
+from warp_rt.kernels.bvh_structs import AccelData, Hit, Stacks, stack_of_thread
+from warp_rt.kernels.bvh_traverse import any_hit_from
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import make_surface, spawn_origin
 from warp_rt.scene import Scene
@@ -37,13 +37,21 @@ def leave(
 ):
     """Write 1 where a ray away from a convex solid hits it, and how far from its surface the ray starts."""
     i = wp.tid()
-    surface = make_surface(scene[0], 0, triangles[i], uv[i][0], uv[i][1])
+    hit = Hit()
+    hit.instance = 0
+    hit.triangle = triangles[i]
+    hit.u = uv[i][0]
+    hit.v = uv[i][1]
+    # A ray that comes from far away: the position is found by barycentrics.
+    far = wp.vec3(1.0e20, 1.0e20, 1.0e20)
+    surface = make_surface(scene[0], hit, far, -far)
     d = directions[i]
     if wp.dot(d, surface.n_geometric) < 0.0:
         d = -d
     origin = spawn_origin(scene[0], surface, d)
-    hit = any_hit(accel[0], origin, d, wp.inf, stack_of_thread(stacks, 0))
-    outcome[i] = wp.where(hit, 1, 0)
+    stack = stack_of_thread(stacks, 0)
+    is_hit = any_hit_from(accel[0], origin, d, wp.inf, 0, triangles[i], stack)
+    outcome[i] = wp.where(is_hit, 1, 0)
     steps[i] = wp.length(origin - surface.position)
 
 
@@ -53,8 +61,9 @@ def spawn(scene: Scene, seed: int, directions: np.ndarray | None = None) -> tupl
     count = len(scene.meshes[0].triangles) - 1  # the last triangle only keeps the scene from being moved
     u, v = rng.uniform(size=(2, RAYS))
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
-    # A third of the points lie on edges, where the neighbouring triangle is as near.
+    # A third of the points lie on edges, where the neighbouring triangle is as near, and a third just beside them.
     u[::3] = 0.0
+    u[1::3] *= 2.0 ** -rng.uniform(16, 24, len(u[1::3]))
     u[1], v[1] = 0.5, 0.0  # on great_plane: the origin itself
     if directions is None:
         directions = rng.normal(size=(RAYS, 3))
