@@ -116,3 +116,7 @@ class Film:
     def alpha(self) -> np.ndarray:
         """Coverage: float32, shape [height, width]."""
         return self.aovs["alpha"]
+
+    def __repr__(self) -> str:
+        rays = self.rays.primary + self.rays.reflection + self.rays.refraction + self.rays.shadow
+        return f"<warp_rt.Film {self.width} x {self.height}: {', '.join(self.aovs)}; {rays:,} rays>"

@@ -33,7 +33,8 @@ def choose_camera(scene: Scene, name: str | None) -> Camera | None:
         if found:
             return found[0]
         has = f"it has {', '.join(cameras) or 'none'}"
-        if name in scene.prims or any(name == light.path for light in [*scene.lights, *scene.domes]):
+        lights = [*(light.path for light in scene.lights), *(dome.path for dome in scene.domes)]
+        if name in (*scene.prims, *lights):
             raise SceneError(f"{scene.source or 'scene'}: {name} is no camera; {has}")
         near = difflib.get_close_matches(name, [*cameras, *(path.rsplit("/", 1)[-1] for path in cameras)], n=3)
         hint = f"; did you mean {' or '.join(near)}?" if near else f"; {has}"

@@ -291,6 +291,18 @@ class Scene:
     """Time code; None: the default time."""
     diagnostics: tuple[Diagnostic, ...] = ()
 
+    def __repr__(self) -> str:
+        counts = {
+            "meshes": len(self.meshes),
+            "triangles": self.triangle_count,
+            "instances": len(self.instances),
+            "materials": len(self.materials),
+            "lights": len(self.lights) + len(self.domes),
+            "cameras": len(self.cameras),
+        }
+        source = f" {self.source!r}" if self.source else ""
+        return f"<warp_rt.Scene{source}: {', '.join(f'{name} {count:,}' for name, count in counts.items())}>"
+
     @property
     def triangle_count(self) -> int:
         """Triangles in memory; instances share theirs."""

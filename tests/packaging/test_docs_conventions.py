@@ -126,6 +126,15 @@ def test_json_has_the_fields_of_the_table(folder: Path, capfd: pytest.CaptureFix
     assert [list(frame) for frame in frames] == [frame_fields] * 2
 
 
+def test_failure_prints_the_object_of_the_example(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    example = json.loads(re.search(r'{"error".*', TEXT)[0])
+    assert program.main(["render", "shot.usda", "--json"]) == example["error"]["code"]
+    assert json.loads(capfd.readouterr().out) == example
+
+
 def test_a_crop_has_the_pixels_of_the_whole(folder: Path, image: warp_rt.Image) -> None:
     crop = warp_rt.render(folder / "stage.usda", width=4, height=4, crop=(1, 0, 3, 2), spp=2)
     whole = warp_rt.render(folder / "stage.usda", width=4, height=4, spp=2)

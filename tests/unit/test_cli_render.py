@@ -420,6 +420,7 @@ def test_info_counts_what_is_there(stage, capfd):
     assert facts["bounds"] == [[-2, -2, -10], [2, 2, -10]]
     assert facts["time"] == 1
     assert facts["memory"]["scene_bytes"] >= 4 * 12 + 2 * 12  # 4 points and 2 triangles at least
+    assert facts["picture"] == {"camera": "/World/Front", "width": 960, "height": 480}
     assert facts["warnings"] == 0
 
 
@@ -429,6 +430,17 @@ def test_info_for_people(stage, capfd):
     assert "/World/Front" in out
     assert "/World/Sun (distant)" in out
     assert "2 in memory" in out
+    assert "picture    960 x 480, /World/Front\n" in out
+
+
+def test_info_has_words_for_what_steps_in(stage, capfd):
+    bound = "rel material:binding = </World/Blue>"
+    stage.write_text(STAGE[: STAGE.index('    def Camera "Front"')].replace(bound, "") + "}\n")
+    assert main(["info", "wall.usda"]) == 0
+    out = capfd.readouterr().out
+    assert "(displayColor fallback) (" in out
+    assert "picture    960 x 700, (framed)\n" in out  # an academy frame, 20.955 by 15.2908 mm
+    assert "/__" not in out
 
 
 def test_check_prints_each_diagnostic_and_strict_exits_3(stage, capfd):

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
     from warp_rt.scene import Scene
 
+_STAND_INS = {"/__framing": "(framed)", "/__displayColor": "(displayColor fallback)"}
+"""What people are told in place of paths that no stage has."""
+
 _LISTED = 20
 """Names in a list for people; --json has them all."""
 
@@ -71,9 +74,21 @@ def _facts(scene: Scene) -> dict[str, Any]:
             for image in scene.images
         ],
         "settings": scene.settings.path or None,
+        "picture": _picture(scene),
         "memory": {"scene_bytes": scene_bytes(scene), "hierarchy_bytes_estimate": hierarchy_bytes(scene)},
         "warnings": sum(record.is_warning for record in scene.diagnostics),
     }
+
+
+def _picture(scene: Scene) -> dict[str, Any]:
+    """Return the camera that a render without further options looks through, and the size of its picture [pixel]."""
+    from warp_rt.film_camera import choose_camera, frame_camera, image_size
+    from warp_rt.options import RenderOptions
+
+    options = RenderOptions()
+    camera = choose_camera(scene, None) or frame_camera(scene, options)
+    width, height = image_size(camera, options, scene.settings)
+    return {"camera": camera.path, "width": width, "height": height}
 
 
 def scene_bytes(scene: Scene) -> int:
@@ -98,7 +113,7 @@ def hierarchy_bytes(scene: Scene) -> int:
 
 def _table(facts: dict[str, Any]) -> str:
     """Return the facts for people, a line each."""
-    memory = facts["memory"]
+    memory, picture = facts["memory"], facts["picture"]
     rows = [
         ("scene", facts["scene"]),
         ("time", "default" if facts["time"] is None else f"{facts['time']:g}"),
@@ -109,11 +124,12 @@ def _table(facts: dict[str, Any]) -> str:
         ("triangles", f"{facts['triangles']:,} in memory, {facts['triangles_placed']:,} in the scene"),
         *_listed("cameras", facts["cameras"]),
         *_listed("lights", [f"{light['path']} ({light['kind']})" for light in facts["lights"]]),
-        *_listed("materials", [f"{material['path']} ({material['model']})" for material in facts["materials"]]),
+        *_listed("materials", [f"{_shown(material['path'])} ({material['model']})" for material in facts["materials"]]),
         *_listed(
             "textures", [f"{image['path']} ({image['width']} x {image['height']})" for image in facts["textures"]]
         ),
         ("settings", facts["settings"] or "none"),
+        ("picture", f"{picture['width']} x {picture['height']}, {_shown(picture['camera'])}"),
         (
             "memory",
             f"{memory['scene_bytes'] / 2**20:.1f} MiB, about {memory['hierarchy_bytes_estimate'] / 2**20:.1f} MiB "
@@ -128,6 +144,10 @@ def _listed(name: str, items: list[str]) -> list[tuple[str, str]]:
     """Return the rows of a list: how many, then each on its own line, up to a bound."""
     rows = [(name, f"{len(items)}")] + [("", item) for item in items[:_LISTED]]
     return rows + ([("", f"and {len(items) - _LISTED} more")] if len(items) > _LISTED else [])
+
+
+def _shown(path: str) -> str:
+    return _STAND_INS.get(path, path)
 
 
 def _point(corner: list[float]) -> str:
