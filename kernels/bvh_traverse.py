@@ -246,8 +246,8 @@ def closest_hit_from(
 ) -> Hit:
     """Return what ``closest_hit`` returns for a ray that starts on a triangle of an instance.
 
-    It cannot meet that triangle again: however near to its plane the ray runs, rounding makes no hit of it. ``instance``
-    -1: the ray starts anywhere.
+    It cannot meet that triangle again: however near to its plane the ray runs, rounding makes no hit of it.
+    ``instance`` -1: the ray starts anywhere.
     """
     return traverse(accel, origin, direction, t_max, False, instance, triangle, stack)
 

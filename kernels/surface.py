@@ -7,7 +7,7 @@ import warp as wp
 from .bounds import widest_axis
 from .bvh_structs import Hit
 from .constants import RIM, SPAWN_OFFSET, SPAWN_OFFSET_MIN
-from .structs import SceneData, mat34
+from .structs import InstanceData, SceneData, mat34
 from .vector import face_forward
 
 NORMALS_SLOT = wp.constant(0)
@@ -22,8 +22,8 @@ class Surface:
     """Unit, outward: the side that counter-clockwise triangles face, under mirroring transforms too."""
     n_shading: wp.vec3
     """Unit, interpolated, on whichever side the mesh's normals are."""
-    magnitude: wp.vec3
-    """Per axis of the mesh's space, the magnitudes that were added up for the position."""
+    clearance: wp.float32
+    """Distance from the surface at which spawned rays start, but for those at the triangle's rim."""
     u: wp.float32
     v: wp.float32
     triangle: wp.int32
@@ -149,6 +149,27 @@ def triangle_normal(p0: wp.vec3, p1: wp.vec3, p2: wp.vec3) -> wp.vec3:
 
 
 @wp.func
+def spawn_clearance(
+    placed: wp.ref[InstanceData], n_local: wp.vec3, sums: wp.vec3, position: wp.vec3, corners: float
+) -> float:
+    """Return a bound of how far rounding can have moved a position off its triangle's plane, in the mesh's space.
+
+    That is, of the sums for it, of its transform, and of the way back, per axis, weighted with the normal: from a
+    ground plane of any size, whose axis has small numbers, rays start very near.
+
+    Args:
+        placed: The instance.
+        n_local: Unit normal of the triangle, in the mesh's space.
+        sums: Magnitudes that were added up for the position, per axis of the mesh's space.
+        position: In world space.
+        corners: Largest coordinate of the triangle.
+    """
+    translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
+    world = transform_magnitudes(placed.local_from_world, wp.abs(position) + wp.abs(translation))
+    return wp.dot(wp.abs(n_local), sums + world) * SPAWN_OFFSET + corners * SPAWN_OFFSET_MIN
+
+
+@wp.func
 def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3, ray_direction: wp.vec3) -> Surface:
     """Return the surface point where a ray, in world space, hits a triangle of an instance."""
     placed = scene.instances[hit.instance]
@@ -170,22 +191,26 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     p0, p1, p2 = triangle_corners(scene, placed.mesh, hit.triangle)
     n_local = triangle_normal(p0, p1, p2)
     n_world = transform_normal(placed.local_from_world, n_local)
-    s.n_geometric = n_world / wp.max(wp.length(n_world), 1.0e-30)
+    # Planes that are 1 apart in the mesh's space are this far apart in the world.
+    plane_scale = 1.0 / wp.max(wp.length(n_world), 1.0e-30)
+    s.n_geometric = n_world * plane_scale
 
     # The point by barycentrics is on the triangle to within roundings of its corners; that along the ray, of the ray.
     # Of a great ground plane only the second is any good, once t comes from the plane's equation.
     w = 1.0 - u - v
     local = w * p0 + u * p1 + v * p2
-    s.magnitude = wp.abs(p0) * w + wp.abs(p1) * u + wp.abs(p2) * v
-    origin = transform_point(placed.local_from_world, ray_origin)
-    direction = transform_vector(placed.local_from_world, ray_direction)
-    along_ray = wp.abs(origin) + wp.abs(direction) * hit.t
+    sums = wp.abs(p0) * w + wp.abs(p1) * u + wp.abs(p2) * v
     corners = wp.max(wp.max(max_abs(p0), max_abs(p1)), max_abs(p2))
-    slope = wp.dot(n_local, direction)
-    if max_abs(along_ray) < 0.25 * corners and slope != 0.0:
-        local = origin + direction * (wp.dot(n_local, p0 - origin) / slope)
-        s.magnitude = along_ray + wp.abs(p0)
+    if max_abs(local) < 0.25 * corners:
+        origin = transform_point(placed.local_from_world, ray_origin)
+        direction = transform_vector(placed.local_from_world, ray_direction)
+        along_ray = wp.abs(origin) + wp.abs(direction) * hit.t
+        slope = wp.dot(n_local, direction)
+        if max_abs(along_ray) < 0.25 * corners and slope != 0.0:
+            local = origin + direction * (wp.dot(n_local, p0 - origin) / slope)
+            sums = along_ray + wp.abs(p0)
     s.position = transform_point(placed.world_from_local, local)
+    s.clearance = plane_scale * spawn_clearance(placed, n_local, sums, s.position, corners)
     s.n_shading = s.n_geometric
     normals = scene.primvars[placed.mesh * scene.primvar_count + NORMALS_SLOT]
     if normals.component_count > 0:
@@ -234,32 +259,21 @@ def surface_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: i
 def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: wp.vec3) -> wp.vec3:
     """Return where a ray that leaves the surface along ``direction`` starts, so that it does not meet it again.
 
-    The position is moved along the geometric normal, to the side of the direction, by a multiple of the rounding errors
-    that can have moved it off its triangle: of the sums for it, of its transform, and of the way back into the mesh's
-    space, per axis, weighted with the normal. So a ray from a ground plane of any size starts very near.
-
-    The triangle itself is skipped by the ray. At its rim a neighbour can be as near, and is not: there the error of the
+    The position is moved along the geometric normal, to the side of the direction, by ``Surface.clearance``. The
+    triangle itself is skipped by the ray. At its rim a neighbour can be as near, and is not: there the error of the
     test's t counts too, which is a mean of the corners along the ray's main axis, by how steeply the ray leaves.
 
     Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections 6.8.5 and 6.8.6; Wächter and
     Binder (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems, chapter 6. Differs: bounds
     of both errors together, in the mesh's space, so that instance transforms and triangles of any size are covered.
     """
-    placed = scene.instances[surface.instance]
-    p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
-    n_local = triangle_normal(p0, p1, p2)
-    translation = wp.vec3(placed.world_from_local[0, 3], placed.world_from_local[1, 3], placed.world_from_local[2, 3])
-    world = wp.abs(surface.position) + wp.abs(translation)
-    sums = surface.magnitude + transform_magnitudes(placed.local_from_world, world)
-    error = wp.dot(wp.abs(n_local), sums)
-
-    e1 = wp.abs(p1 - p0)
-    e2 = wp.abs(p2 - p0)
+    offset = surface.clearance
     if wp.min(wp.min(surface.u, surface.v), 1.0 - surface.u - surface.v) < RIM:
+        placed = scene.instances[surface.instance]
+        p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
         local = transform_vector(placed.local_from_world, direction)
         axis = widest_axis(wp.abs(local))
-        error += wp.max(e1[axis], e2[axis]) * wp.abs(wp.dot(n_local, local) / local[axis])
-    offset = error * SPAWN_OFFSET + wp.max(max_abs(e1), max_abs(e2)) * SPAWN_OFFSET_MIN
-    # Planes that are 1 apart in the mesh's space are this far apart in the world.
-    scale = 1.0 / wp.max(wp.length(transform_normal(placed.local_from_world, n_local)), 1.0e-30)
-    return surface.position + face_forward(surface.n_geometric, direction) * (offset * scale)
+        reach = wp.max(wp.abs(p1[axis] - p0[axis]), wp.abs(p2[axis] - p0[axis]))
+        # Along the ray, t is off by this; across the plane, by that times the cosine to the normal.
+        offset += reach / wp.abs(local[axis]) * wp.abs(wp.dot(surface.n_geometric, direction)) * SPAWN_OFFSET
+    return surface.position + face_forward(surface.n_geometric, direction) * offset

@@ -120,3 +120,13 @@ def test_a_thing_just_above_a_great_floor_shadows_it(half: float, direction: tup
     scene = scene_of(square(white, half=half), thing, lights=[distant(direction)])
     # The eye ray comes in under the box.
     assert radiance(scene, parallel((1.0, 0.0, 0.01), (-1, 0, -0.01))).tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("count", [1, 40, 100])
+def test_every_pane_counts(count: int) -> None:
+    """No number of surfaces makes a transmit shadow black by itself."""
+    glass = whitted(transmission=1.0)
+    panes = [square(glass, half=1.0, z=1.0 + 0.1 * k) for k in range(count)]
+    scene = scene_of(square(whitted(diffuse=1.0)), *panes, lights=[distant((0, 0, -1))])
+    camera = parallel((0.0, 0.0, 0.5))
+    np.testing.assert_allclose(radiance(scene, camera, shadows="transmit"), 1.0, rtol=1e-6)

@@ -142,7 +142,6 @@ def test_bounds_in_the_text():
     assert f"1 up to roughness {float(constants.MIRROR_FADE_START)}" in TEXT
     assert f"0 from {float(constants.MIRROR_FADE_END)} on" in TEXT
     limit = int(constants.PASS_LIMIT)
-    assert f"up to {limit} of them" in TEXT
     assert f"at most {limit} times" in TEXT
     assert float(constants.SPAWN_OFFSET) == 2.0**-19
     assert int(constants.CYLINDER_FACETS) == 6
