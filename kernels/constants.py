@@ -103,3 +103,10 @@ MIRROR_FADE_END = wp.constant(0.4)
 
 CYLINDER_FACETS = wp.constant(6)
 """Flat strips that stand for the lit half of a cylinder light: its irradiance is within 0.5 % from 3 radii away on."""
+
+FAR_LIGHT = wp.constant(16.0)
+"""Distance, in half diagonals, from which a rectangle is summed over 2 x 2 points: the rule's error is then 2e-6, that
+of the exact sum's cancellation in float32 1e-5 and growing."""
+
+GAUSS_POINT = wp.constant(0.5773502691896258)
+"""1 / sqrt(3): the points of the two-point Gauss-Legendre rule on [-1, 1]."""

@@ -10,7 +10,7 @@ size that the surface's roughness gives it.
 
 import warp as wp
 
-from .constants import CYLINDER_FACETS
+from .constants import CYLINDER_FACETS, FAR_LIGHT, GAUSS_POINT
 from .structs import LightData
 from .vector import face_forward
 
@@ -52,21 +52,45 @@ def edge_irradiance(a: wp.vec3, b: wp.vec3) -> wp.vec3:
 
 
 @wp.func
+def patch_irradiance(center: wp.vec3, area: wp.vec3) -> wp.vec3:
+    """Return a small patch's vector irradiance at the origin, for radiance 1, as if all of it were at its centre.
+
+    Args:
+        center: As seen from the origin.
+        area: Normal of the patch, either side, its length being the area.
+    """
+    d2 = wp.length_sq(center)
+    return center * (wp.abs(wp.dot(area, center)) / (d2 * d2))
+
+
+@wp.func
 def rect_irradiance(center: wp.vec3, half_x: wp.vec3, half_y: wp.vec3) -> wp.vec3:
     """Return the vector irradiance at the origin from a rectangle of radiance 1; its length: on a facing surface.
 
+    Near, Lambert's sum over the edges, which is exact but cancels the more, the smaller the rectangle looks; from
+    ``FAR_LIGHT`` half diagonals on, Gauss-Legendre quadrature with 2 x 2 points, which does not.
+
     Args:
-        center: Of the rectangle, as seen from the origin.
+        center: Of the rectangle, as seen from the origin, which its emitting side faces.
         half_x: From the centre to the middle of one side.
-        half_y: From the centre to the middle of the next, cross(half_x, half_y) pointing away from the emitting side.
+        half_y: From the centre to the middle of the next.
 
     Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance Tensors, equation 11.
     """
+    size2 = wp.length_sq(half_x) + wp.length_sq(half_y)
+    if wp.length_sq(center) > FAR_LIGHT * FAR_LIGHT * size2:
+        quarter = wp.cross(half_x, half_y)
+        x = half_x * GAUSS_POINT
+        y = half_y * GAUSS_POINT
+        result = patch_irradiance(center - x - y, quarter) + patch_irradiance(center + x - y, quarter)
+        return result + patch_irradiance(center + x + y, quarter) + patch_irradiance(center - x + y, quarter)
     a = wp.normalize(center - half_x - half_y)
     b = wp.normalize(center + half_x - half_y)
     c = wp.normalize(center + half_x + half_y)
     d = wp.normalize(center - half_x + half_y)
-    return 0.5 * (edge_irradiance(a, b) + edge_irradiance(b, c) + edge_irradiance(c, d) + edge_irradiance(d, a))
+    edges = edge_irradiance(a, b) + edge_irradiance(b, c) + edge_irradiance(c, d) + edge_irradiance(d, a)
+    # The sign of the sum is that of the corners' order, which mirroring turns round.
+    return face_forward(0.5 * edges, center)
 
 
 @wp.func
@@ -156,7 +180,7 @@ def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
         edge = toward * wp.cos(angle) + side * wp.sin(angle)
         result += rect_irradiance(to_center + 0.5 * (previous + edge), half_x, 0.5 * (edge - previous))
         previous = edge
-    return face_forward(result, to_center)
+    return result
 
 
 @wp.func
@@ -194,7 +218,9 @@ def sample_light(light: LightData, position: wp.vec3) -> LightSample:
             else:
                 flux = rect_irradiance(to_center, light.axis_x * light.half_width, light.axis_y * light.half_height)
         amount = wp.length(flux)
-        if amount > 0.0:
-            s.wi = flux / amount
+        if amount == 0.0:
+            s.wi = flux
+            return s
+        s.wi = flux / amount
     s.irradiance = wp.cw_mul(light.emission * amount, cone_factor(light, wp.dot(s.to_shadow, light.axis_z)))
     return s

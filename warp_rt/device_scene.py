@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rt.device_lights import light_record, unit_axes
 from warp_rt.dome import irradiance_map
 from warp_rt.kernels import structs
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.placement import Placement, place_scene, relative_points
-from warp_rt.scene import Dome, Input, Light, LightKind, Material, MaterialModel, Mesh, Primvar, Scene
+from warp_rt.scene import Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene
 
 # Defaults of the two specifications: WhittedSurface (docs/whitted.md), UsdPreviewSurface 2.6.
 _WHITTED_DEFAULTS: dict[str, tuple[float, ...]] = {
@@ -260,52 +261,9 @@ def _srgb_decode_table() -> np.ndarray:
     return np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def _axes(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit directions (rows) and the lengths of a transform's three axes."""
-    columns = matrix[:3, :3].T
-    lengths = np.linalg.norm(columns, axis=1)
-    return columns / np.where(lengths > 0, lengths, 1.0)[:, None], lengths
-
-
 def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:
-    data.lights = pack.records(structs.LightData, [_light_record(light, origin) for light in lights])
+    data.lights = pack.records(structs.LightData, [light_record(light, origin) for light in lights])
     data.light_count = len(lights)
-
-
-def _light_record(light: Light, origin: np.ndarray) -> dict[str, Any]:
-    axes, lengths = _axes(light.world_from_light)
-    emission = np.array(light.radiance)
-    radius = light.radius * np.mean(lengths)
-    half_width, half_height = light.width * lengths[0] / 2, light.height * lengths[1] / 2
-    if light.kind == LightKind.DISTANT and light.angle > 0:
-        # Irradiance of a facing surface from a cone of uniform radiance: pi sin^2 of the half angle.
-        emission = emission * (np.pi * np.sin(min(light.angle / 2, np.pi / 2)) ** 2)
-    elif light.kind == LightKind.POINT and not light.has_falloff:
-        emission = emission * np.pi  # I_l = E / pi is the radiance attribute itself
-    elif light.kind == LightKind.DISK:
-        radius = light.radius * np.sqrt(lengths[0] * lengths[1])
-    elif light.kind == LightKind.CYLINDER:
-        half_width = light.length * lengths[0] / 2
-        radius = light.radius * np.sqrt(lengths[1] * lengths[2])
-    return {
-        "kind": int(light.kind),
-        "position": light.world_from_light[:3, 3] - origin,
-        "axis_x": axes[0],
-        "axis_y": axes[1],
-        "axis_z": axes[2],
-        "emission": emission,
-        "radius": radius,
-        "half_width": half_width,
-        "half_height": half_height,
-        "has_falloff": light.has_falloff,
-        "casts_shadow": light.casts_shadow,
-        "diffuse": light.diffuse,
-        "specular": light.specular,
-        "focus": light.focus,
-        "focus_tint": light.focus_tint,
-        "cone_angle": light.cone_angle,
-        "cone_softness": min(light.cone_softness, 1.0),
-    }
 
 
 def _pack_domes(data: Any, pack: _Packer, scene: Scene) -> None:
@@ -317,7 +275,7 @@ def _pack_domes(data: Any, pack: _Packer, scene: Scene) -> None:
 
 
 def _dome_record(dome: Dome, scene: Scene, maps: list[np.ndarray]) -> dict[str, Any]:
-    axes, _ = _axes(dome.world_from_light)
+    axes, _ = unit_axes(dome.world_from_light)
     offset = -1
     if dome.image >= 0:
         offset = sum(len(m) for m in maps)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Lights in world space: what the scale of a light's transform does to its shape, and what its kind sends out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from warp_rt.scene import Light, LightKind
+
+
+def light_record(light: Light, origin: np.ndarray) -> dict[str, Any]:
+    """Return the fields of ``kernels.structs.LightData``.
+
+    Args:
+        light: As the scene has it; the scale of its transform applies to its shape.
+        origin: World point that device coordinates are relative to, shape [3].
+    """
+    axes, lengths = unit_axes(light.world_from_light)
+    if light.kind in (LightKind.RECT, LightKind.DISK):
+        # They shine along the normal of their plane, which shear and mirroring do not keep on local Z's way.
+        normal = np.linalg.inv(light.world_from_light[:3, :3])[2]
+        axes[2] = normal / np.linalg.norm(normal)
+    return {
+        "kind": int(light.kind),
+        "position": light.world_from_light[:3, 3] - origin,
+        "axis_x": axes[0],
+        "axis_y": axes[1],
+        "axis_z": axes[2],
+        "emission": _emission(light),
+        "radius": _radius(light, lengths),
+        "half_width": (light.length if light.kind == LightKind.CYLINDER else light.width) * lengths[0] / 2,
+        "half_height": light.height * lengths[1] / 2,
+        "has_falloff": light.has_falloff,
+        "casts_shadow": light.casts_shadow,
+        "diffuse": light.diffuse,
+        "specular": light.specular,
+        "focus": light.focus,
+        "focus_tint": light.focus_tint,
+        "cone_angle": light.cone_angle,
+        "cone_softness": min(light.cone_softness, 1.0),
+    }
+
+
+def unit_axes(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the unit directions (rows) and the lengths of a transform's three axes."""
+    columns = matrix[:3, :3].T
+    lengths = np.linalg.norm(columns, axis=1)
+    return columns / np.where(lengths > 0, lengths, 1.0)[:, None], lengths
+
+
+def _emission(light: Light) -> np.ndarray:
+    """Return the irradiance of a facing surface where it is the same everywhere, else the radiance."""
+    radiance = np.array(light.radiance)
+    if light.kind == LightKind.DISTANT and light.angle > 0:
+        # A cone of uniform radiance: pi sin^2 of the half angle.
+        return radiance * (np.pi * np.sin(min(light.angle / 2, np.pi / 2)) ** 2)
+    if light.kind == LightKind.POINT and not light.has_falloff:
+        return radiance * np.pi  # I_l = E / pi is the radiance attribute itself
+    return radiance
+
+
+def _radius(light: Light, lengths: np.ndarray) -> float:
+    """Return the world radius; of what an uneven scale makes no circle, that of the same cross-section or mean."""
+    if light.kind == LightKind.DISK:
+        return light.radius * float(np.sqrt(lengths[0] * lengths[1]))
+    if light.kind == LightKind.CYLINDER:
+        return light.radius * float(np.sqrt(lengths[1] * lengths[2]))
+    return light.radius * float(np.mean(lengths))
