@@ -183,6 +183,7 @@ def trace_tree(
     origin: wp.vec3,
     direction: wp.vec3,
     t_max: float,
+    stop: wp.array[int],
     tasks: wp.array[RayTask],
     stack: wp.ref[Stack],
     counts: wp.array[wp.int64],
@@ -197,6 +198,7 @@ def trace_tree(
         origin: Of the eye ray, world space.
         direction: Unit.
         t_max: Farthest distance that the eye ray sees.
+        stop: Not 0: the tree ends at its next node, its value being wanted no more.
         tasks: Scratch, at least ``task_capacity`` long.
         stack: Scratch of the traversal.
         counts: Counter row.
@@ -218,7 +220,7 @@ def trace_tree(
     count(counts, PRIMARY)
     travelled = float(0.0)  # by the eye ray, over what it passed straight through
     top = int(1)
-    while top > 0:
+    while top > 0 and stop[0] == 0:
         top -= 1
         task = tasks[top]
         reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
@@ -313,6 +315,7 @@ def render_pixel(
     accel: wp.ref[AccelData],
     frame: wp.ref[FrameData],
     film: wp.ref[FilmData],
+    stop: wp.array[int],
     tasks: wp.array[RayTask],
     stack: wp.ref[Stack],
     counts: wp.array[wp.int64],
@@ -332,7 +335,7 @@ def render_pixel(
     origin = eye_origin(frame.camera, image_x, image_y) + near * direction
     reach = frame.camera.far / cosine - near
     first = FirstHit()
-    value = trace_tree(scene, accel, frame, origin, direction, reach, tasks, stack, counts, first)
+    value = trace_tree(scene, accel, frame, origin, direction, reach, stop, tasks, stack, counts, first)
     film.color[row, column] = film.color[row, column] + value
     if sample == 0:
         first.distance += near
@@ -345,6 +348,7 @@ def render_tile(
     accels: wp.array[AccelData],
     frames: wp.array[FrameData],
     films: wp.array[FilmData],
+    stop: wp.array[int],
     tasks: wp.array2d[RayTask],
     stacks: Stacks,
     counts: wp.array2d[wp.int64],
@@ -365,4 +369,5 @@ def render_tile(
     scratch = wp.where(tasks.shape[0] > 1, i, 0)
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
-    render_pixel(scenes[0], accels[0], frames[0], films[0], tasks[scratch], stack, row_counts, row, column, sample)
+    mine = tasks[scratch]
+    render_pixel(scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample)

@@ -32,8 +32,11 @@ def wrap_texel(index: int, size: int, mode: int) -> int:
 def wrap_coordinate(s: float, mode: int) -> float:
     """Return ``s`` with whole periods of the wrap mode taken off, so that texel numbers stay small.
 
-    Black and clamp have no period: there everything beyond one texel outside is alike, hence the bounds.
+    Black and clamp have no period: there everything beyond one texel outside is alike, hence the bounds. What is not
+    finite has no place in a texture; it counts as 0.
     """
+    if not wp.isfinite(s):
+        return 0.0
     if mode == WRAP_REPEAT:
         return s - wp.floor(s)
     if mode == WRAP_MIRROR:

@@ -4,22 +4,21 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from collections import deque
+from collections.abc import Callable
+from typing import Any
 
 import warp as wp
 
 from warp_rt.errors import LimitError
+from warp_rt.workers import Workers
 
 Tile = tuple[int, int, int, int]
 """x, y, width, height [pixel], film coordinates."""
 
 CUDA_BAND_PIXELS = 1 << 16
 """Pixels of one launch on CUDA: bounds both its run time and the scratch that its threads need."""
-
-_POLL_SECONDS = 0.05  # how soon an interrupt or a time limit is noticed
 
 
 def tiles_of(width: int, height: int, side: int) -> list[Tile]:
@@ -55,68 +54,52 @@ class Deadline:
             raise LimitError(f"time limit of {self._seconds:g} s reached while rendering")
 
 
+class StopFlag:
+    """A word of memory that makes ray trees end at their next node: one pixel's tree can be larger than anybody waits."""
+
+    def __init__(self, device: str) -> None:
+        self.array = wp.zeros(1, dtype=int, device=device)
+
+    def set(self) -> None:
+        """End the launches that run on the CPU; what they leave in the film is worth nothing."""
+        self.array.fill_(1)
+
+
 def run_tiles(
-    launch: Callable[[int, Tile, int], None],
+    launch: Callable[[Any, Tile, int], None],
     tiles: list[Tile],
     sample_count: int,
     *,
     threads: int,
+    make_scratch: Callable[[], Any],
+    stop: StopFlag,
     deadline: Deadline,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Call ``launch(worker, tile, sample)`` for every sample of every tile, on ``threads`` threads.
+    """Call ``launch(scratch, tile, sample)`` for every sample of every tile, on ``threads`` threads.
 
     All samples of a tile are taken by one worker, in order, so that sums do not depend on who does what. The caller's
-    thread stays free to be interrupted: KeyboardInterrupt, and LimitError of the deadline, stop all workers after the
-    launch that they are in.
+    thread stays free to be interrupted: KeyboardInterrupt, and LimitError of the deadline, stop all workers.
     """
     total = len(tiles) * sample_count
-    state = _Queue(iter(tiles), threads)
+    done: deque[None] = deque()  # one element a launch: appending is atomic
 
-    def work(worker: int) -> None:
-        for tile in state:
-            for sample in range(sample_count):
-                if state.is_stopped:
-                    return
-                launch(worker, tile, sample)
-                state.done[worker] += 1
+    def work(tile: Tile, scratch: Any) -> None:
+        for sample in range(sample_count):
+            launch(scratch, tile, sample)
+            done.append(None)
 
-    with ThreadPoolExecutor(threads, thread_name_prefix="warp_rt") as pool:
-        pending = {pool.submit(work, worker) for worker in range(threads)}
-        try:
-            while pending:
-                finished, pending = wait(pending, timeout=_POLL_SECONDS, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    future.result()
-                if progress is not None:
-                    progress(sum(state.done) / total)
-                if pending:
-                    deadline.check()
-        except BaseException:
-            state.is_stopped = True
-            raise
+    def watch() -> None:
+        if progress is not None:
+            progress(len(done) / total)
+        if len(done) < total:
+            deadline.check()
 
-
-class _Queue:
-    """Tiles to hand out, and whether to stop."""
-
-    def __init__(self, tiles: Iterator[Tile], threads: int) -> None:
-        self._tiles = tiles
-        self._lock = threading.Lock()
-        self.is_stopped = False
-        self.done = [0] * threads  # launches, each element written by one worker
-
-    def __iter__(self) -> Iterator[Tile]:
-        while not self.is_stopped:
-            with self._lock:
-                tile = next(self._tiles, None)
-            if tile is None:
-                return
-            yield tile
+    Workers(threads).map(work, tiles, make_scratch, watch=watch, on_stop=stop.set)
 
 
 def run_bands(
-    launch: Callable[[int, Tile, int], None],
+    launch: Callable[[Tile, int], None],
     bands: list[Tile],
     sample_count: int,
     *,
@@ -124,9 +107,9 @@ def run_bands(
     deadline: Deadline,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Call ``launch(0, band, sample)`` for every sample of every band on a CUDA device, one at a time."""
+    """Call ``launch(band, sample)`` for every sample of every band on a CUDA device, one at a time."""
     for done, (band, sample) in enumerate(((b, s) for b in bands for s in range(sample_count)), start=1):
-        launch(0, band, sample)
+        launch(band, sample)
         wp.synchronize_device(device)
         deadline.check()
         if progress is not None:

@@ -22,12 +22,15 @@ from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
 from warp_rt.kernels import ray_counts, ray_tree, structs
 from warp_rt.kernels.constants import PASS_LIMIT
-from warp_rt.launch import Deadline, Tile, bands_of, run_bands, run_tiles, tiles_of
+from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
 from warp_rt.options import DEFAULT_DEPTH, RenderOptions
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Scene
 from warp_rt.warp_setup import init_warp, resolve_device
 from warp_rt.workers import default_thread_count
+
+Scratch = tuple[wp.array, Any, wp.array]
+"""Ray tasks, traversal stacks and counters of one worker."""
 
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
 
@@ -156,22 +159,43 @@ class Renderer:
         """
         is_cpu = self.device == "cpu"
         tiles = tiles_of(*size, self.options.tile_size) if is_cpu else bands_of(*size)
-        workers = min(self.threads, len(tiles)) if is_cpu else 1
         rows = 1 if is_cpu else max(tile[2] * tile[3] for tile in tiles)
-        scratch = [self._scratch(rows) for _ in range(workers)]
+        scratches: list[Scratch] = []
+        stop = StopFlag(self.device)
 
-        def launch(worker: int, tile: Tile, sample: int) -> None:
-            inputs = [*shared, *scratch[worker], wp.vec4i(*tile), sample]
+        def make_scratch() -> Scratch:
+            scratches.append(self._scratch(rows))
+            return scratches[-1]
+
+        def launch(scratch: Scratch, tile: Tile, sample: int) -> None:
+            inputs = [*shared, stop.array, *scratch, wp.vec4i(*tile), sample]
             wp.launch(ray_tree.render_tile, dim=tile[2] * tile[3], inputs=inputs, device=self.device)
 
         samples = self.options.spp
         if is_cpu:
-            run_tiles(launch, tiles, samples, threads=workers, deadline=deadline, progress=progress)
+            run_tiles(
+                launch,
+                tiles,
+                samples,
+                threads=min(self.threads, len(tiles)),
+                make_scratch=make_scratch,
+                stop=stop,
+                deadline=deadline,
+                progress=progress,
+            )
         else:
-            run_bands(launch, tiles, samples, device=self.device, deadline=deadline, progress=progress)
-        return np.sum([counts.numpy().sum(axis=0, dtype=np.int64) for _, _, counts in scratch], axis=0)
+            scratch = make_scratch()
+            run_bands(
+                lambda band, sample: launch(scratch, band, sample),
+                tiles,
+                samples,
+                device=self.device,
+                deadline=deadline,
+                progress=progress,
+            )
+        return np.sum([counts.numpy().sum(axis=0, dtype=np.int64) for _, _, counts in scratches], axis=0)
 
-    def _scratch(self, rows: int) -> tuple[wp.array, Any, wp.array]:
+    def _scratch(self, rows: int) -> Scratch:
         """Return the memory that one worker's launches need: ray tasks, traversal stacks, counters."""
         depth = self.options.depth or DEFAULT_DEPTH
         capacity = ray_tree.task_capacity(depth, int(PASS_LIMIT))

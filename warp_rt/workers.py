@@ -8,12 +8,13 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 
 MAX_THREADS = 4096
+WATCH_SECONDS = 0.05  # how soon an interrupt or a time limit is noticed
 
 _executor: ThreadPoolExecutor | None = None
 _lock = threading.Lock()
@@ -41,6 +42,9 @@ class Workers:
         job: Callable[[Item, Any], Iterable[Item] | None],
         items: Iterable[Item],
         make_scratch: Callable[[], Any] | None = None,
+        *,
+        watch: Callable[[], None] | None = None,
+        on_stop: Callable[[], None] | None = None,
     ) -> None:
         """Call ``job(item, scratch)`` for each item, first come, first served, and return when all are done.
 
@@ -49,17 +53,28 @@ class Workers:
             items: What there is to do.
             make_scratch: Called once in each thread that takes part; its result goes to that thread's jobs, which
                 therefore own it while they run. None: jobs get None.
+            watch: Called by the calling thread, many times a second, while others do the work: then this thread can be
+                interrupted at any time. What it raises ends the work. None: the calling thread works too.
+            on_stop: Called where the work is given up, before the jobs that have begun are waited for.
 
         Raises:
-            BaseException: Whatever a job raised first, KeyboardInterrupt included; items that no thread has begun
-                are then left undone.
+            BaseException: Whatever a job or ``watch`` raised first, KeyboardInterrupt included; items that no thread
+                has begun are then left undone.
         """
         queue = _Queue(job, items, make_scratch)
-        helpers = [_pool().submit(queue.work) for _ in range(self.count - 1)]
+        others = self.count if watch is not None else self.count - 1
+        helpers = {_pool().submit(queue.work) for _ in range(others)}
         try:
-            queue.work()
+            if watch is None:
+                queue.work()
+            else:
+                pending = helpers
+                while pending:
+                    pending = wait(pending, timeout=WATCH_SECONDS, return_when=FIRST_COMPLETED).not_done
+                    watch()
         finally:
-            queue.stop_if_unfinished()
+            if queue.stop_if_unfinished() and on_stop is not None:
+                on_stop()
             wait(helpers)
         queue.raise_error()
 
@@ -102,12 +117,14 @@ class _Queue:
                 self._error = self._error or error
                 self._changed.notify_all()
 
-    def stop_if_unfinished(self) -> None:
-        """Make other threads stop after their present item, where this one was interrupted while waiting."""
+    def stop_if_unfinished(self) -> bool:
+        """Make other threads stop after their present item, where this one was interrupted; return whether they must."""
         with self._changed:
-            if self._items or self._active:
+            is_unfinished = bool(self._items or self._active)
+            if is_unfinished:
                 self._error = self._error or KeyboardInterrupt()
                 self._changed.notify_all()
+            return is_unfinished
 
     def raise_error(self) -> None:
         """Raise what a job raised first, if any did."""

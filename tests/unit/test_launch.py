@@ -4,12 +4,20 @@
 
 import threading
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
+from warp_rt import Renderer, RenderOptions
 from warp_rt.errors import LimitError
-from warp_rt.launch import CUDA_BAND_PIXELS, Deadline, bands_of, run_tiles, tiles_of
+from warp_rt.launch import CUDA_BAND_PIXELS, Deadline, StopFlag, bands_of, run_tiles, tiles_of
+from warp_rt.warp_setup import init_warp
+
+from ..analytic.scenes import parallel, scene_of, square, whitted
+
+init_warp()
 
 
 @pytest.mark.parametrize(("width", "height", "side"), [(1, 1, 32), (100, 37, 32), (64, 64, 64), (5, 300, 7)])
@@ -29,40 +37,58 @@ def test_bands_cover_every_pixel_once_and_are_small(width: int, height: int) -> 
     assert (covered == 1).all()
 
 
+def run(launch: Callable, tiles: list, samples: int = 1, **more: Any) -> None:
+    arguments = {"threads": 2, "make_scratch": object, "stop": StopFlag("cpu"), "deadline": Deadline(None)} | more
+    run_tiles(launch, tiles, samples, **arguments)
+
+
 def test_every_sample_of_a_tile_is_taken_in_order_by_one_worker() -> None:
-    seen: dict[tuple, list[tuple[int, int]]] = {}
+    seen: dict[tuple, list[tuple[object, int]]] = {}
     lock = threading.Lock()
 
-    def launch(worker: int, tile: tuple, sample: int) -> None:
+    def launch(scratch: object, tile: tuple, sample: int) -> None:
         with lock:
-            seen.setdefault(tile, []).append((worker, sample))
+            seen.setdefault(tile, []).append((scratch, sample))
 
     fractions: list[float] = []
     tiles = tiles_of(50, 50, 10)
-    run_tiles(launch, tiles, 3, threads=4, deadline=Deadline(None), progress=fractions.append)
+    run(launch, tiles, 3, threads=4, progress=fractions.append)
     assert set(seen) == set(tiles)
     for calls in seen.values():
         assert [sample for _, sample in calls] == [0, 1, 2]
-        assert len({worker for worker, _ in calls}) == 1
+        assert len({id(scratch) for scratch, _ in calls}) == 1
     assert fractions[-1] == 1.0
 
 
 def test_an_error_in_a_worker_stops_the_others_and_is_raised() -> None:
-    calls: list[int] = []
+    calls: list[tuple] = []
 
-    def launch(worker: int, tile: tuple, sample: int) -> None:
-        calls.append(worker)
+    def launch(scratch: object, tile: tuple, sample: int) -> None:
+        calls.append(tile)
         if len(calls) == 5:
             raise KeyboardInterrupt
         time.sleep(0.01)
 
     start = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        run_tiles(launch, tiles_of(100, 100, 1), 1, threads=2, deadline=Deadline(None))
+        run(launch, tiles_of(100, 100, 1))
     assert time.monotonic() - start < 2  # the 10,000 tiles would take 50 s
     assert len(calls) < 100
 
 
-def test_the_time_limit_ends_it() -> None:
+def test_the_time_limit_ends_it_and_raises_the_flag() -> None:
+    stop = StopFlag("cpu")
     with pytest.raises(LimitError, match=r"time limit of 0\.1 s"):
-        run_tiles(lambda *_: time.sleep(0.02), tiles_of(100, 100, 1), 1, threads=2, deadline=Deadline(0.1))
+        run(lambda *_: time.sleep(0.02), tiles_of(100, 100, 1), deadline=Deadline(0.1), stop=stop)
+    assert stop.array.numpy().tolist() == [1]
+
+
+def test_a_tree_that_never_ends_is_left_within_the_pixel() -> None:
+    """Eight panes that mirror half and pass half: each of 30 levels doubles the rays, for one pixel."""
+    panes = [square(whitted(reflection=0.5, transmission=0.5), z=float(z)) for z in range(8)]
+    camera = parallel((0.1, 0.2, 20.0))
+    renderer = Renderer(scene_of(*panes), RenderOptions(width=1, height=1, depth=30, threshold=0, time_limit=0.3))
+    start = time.monotonic()
+    with pytest.raises(LimitError):
+        renderer.render(camera=camera)
+    assert time.monotonic() - start < 1.5  # untold hours otherwise

@@ -76,6 +76,13 @@ def test_bilinear_with_every_wrap_mode(wrap: Wrap, is_float: bool) -> None:
     np.testing.assert_allclose(got, bilinear(pixels / 255.0, uv, wrap, wrap), atol=1e-5)
 
 
+@pytest.mark.parametrize("wrap", list(Wrap))
+def test_coordinates_that_are_no_numbers_do_no_harm(wrap: Wrap) -> None:
+    pixels = np.full((2, 2, 4), 255, np.uint8)
+    uv = np.array([[np.inf, 0.5], [np.nan, np.nan], [-np.inf, 1e38], [3e38, -3e38]], np.float32)
+    assert np.isfinite(evaluate(pixels, uv, wrap_s=wrap, wrap_t=wrap)).all()
+
+
 def test_lower_left_is_row_zero_and_column_zero() -> None:
     pixels = np.zeros((4, 4, 4), np.uint8)
     pixels[0, 0] = 255  # row 0 is the bottom
