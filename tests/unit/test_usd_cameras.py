@@ -94,3 +94,53 @@ def test_what_is_ignored_is_named():
     assert _read("float4[] clippingPlanes = [(1, 0, 0, 0)]")[1] == ["W422"]
     assert _read("double shutter:open = -0.25\ndouble shutter:close = 0.25")[1] == ["W423"]
     assert _read("double shutter:open = 0.25\ndouble shutter:close = 0.25\nfloat fStop = 0")[1] == []
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        'token projection = "fisheye"',
+        'string focalLength = "long"',
+        'string horizontalApertureOffset = "x"',
+        "float verticalApertureOffset = inf",
+        'string fStop = "f/8"',
+        'string shutter:open = "x"',
+        'string exposure = "x"',
+        "float2 exposure:iso = (1, 2)",
+        'string clippingRange = "x"',
+    ],
+)
+def test_values_of_a_wrong_type_are_named_and_those_of_the_schema_hold(body):
+    camera, codes, _ = _read(body)
+    expected, _, _ = _read()
+    assert codes == ["W424"]
+    assert camera.window == pytest.approx(expected.window, rel=1e-6)
+    for name in ("is_perspective", "clipping_range", "exposure_scale"):
+        assert getattr(camera, name) == getattr(expected, name)
+
+
+def test_clipping_planes_of_a_wrong_type_are_ignored_like_others():
+    assert _read("int clippingPlanes = 1")[1] == ["W422"]
+    assert _read("float4[] clippingPlanes = []")[1] == []
+
+
+@pytest.mark.parametrize("f_number", ["1", "2.8", "0.5"])
+def test_exposure_scale_is_openusds(f_number):
+    stage = Usd.Stage.CreateInMemory()
+    camera = UsdGeom.Camera.Define(stage, "/C")
+    body = f"float exposure = -1.5\nfloat exposure:time = 0.25\nfloat exposure:fStop = {f_number}"
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Camera "C" {{\n{body}\n}}')
+    assert _read(body)[0].exposure_scale == pytest.approx(camera.ComputeLinearExposureScale(TIME), rel=1e-6)
+
+
+def test_an_exposure_without_end_is_named():
+    camera, codes, _ = _read("float exposure:fStop = 0")
+    assert (camera.exposure_scale, codes) == (1, ["W424"])
+
+
+def test_back_plates_are_named():
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString('#usda 1.0\ndef Camera "C" (prepend apiSchemas = ["BackPlateAPI:p"]) {\n}')
+    report = Report()
+    read_camera(stage.GetPrimAtPath("/C"), np.eye(4), TIME, report)
+    assert [d.code for d in report] == ["W425"]

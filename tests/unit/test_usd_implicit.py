@@ -150,6 +150,9 @@ def test_a_plane_faces_its_axis(axis: str) -> None:
         ("Sphere", "double radius = 0"),
         ("Cylinder", "double height = 0"),
         ("Cube", "double size = nan"),
+        ("Sphere", 'string radius = "x"'),
+        ("Cylinder_1", 'string radiusTop = "x"'),
+        ("Capsule", 'string height = "x"'),
         ("Capsule_1", "double height = 0\ndouble radiusTop = 1"),
     ],
 )
@@ -157,3 +160,31 @@ def test_a_shape_without_extent_is_left_out_with_a_code(kind: str, body: str) ->
     shape, report, _ = read(kind, body)
     assert shape is None
     assert [record.code for record in report] == ["W140"]
+
+
+@pytest.mark.parametrize(("kind", "body", "volume"), VOLUMES)
+def test_left_handed_shapes_are_turned_inside_out(kind: str, body: str, volume: float) -> None:
+    right, _, _ = read(kind, body)
+    left, report, _ = read(kind, f'{body}\nuniform token orientation = "leftHanded"')
+    assert len(report) == 0
+    assert left.key != right.key
+    outward, inward = make_shape(right.key), make_shape(left.key)
+    points = inward.points.astype(float) @ left.local_from_unit[:3, :3].T
+    assert volume_of(points, inward.triangles) == pytest.approx(-volume, rel=2e-3)
+    assert inward.is_closed
+    if outward.normals is not None:
+        # At every corner the normal of the same point, reversed.
+        np.testing.assert_array_equal(
+            inward.normals.values[inward.normals.indices],
+            -outward.normals.values[outward.normals.indices[:, [0, 2, 1]]],
+        )
+        np.testing.assert_array_equal(inward.triangles, outward.triangles[:, [0, 2, 1]])
+
+
+@pytest.mark.parametrize("body", ['token axis = "W"', "int axis = 2", 'token orientation = "left"'])
+def test_tokens_that_the_schema_does_not_have_are_named(body: str) -> None:
+    shape, report, _ = read("Cone", body)
+    expected, _, _ = read("Cone")
+    assert [record.code for record in report] == ["W114"]
+    assert shape.key == expected.key
+    np.testing.assert_array_equal(shape.local_from_unit, expected.local_from_unit)

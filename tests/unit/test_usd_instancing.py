@@ -350,21 +350,25 @@ def test_instancers_that_contain_each_other_are_cut_with_a_code() -> None:
         ("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nfloat3[] scales = [(1,0,1)]", "W122", 0),
         ("int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0), (1,0,0)]\nint64[] ids = [1]", "W120", 2),
         ("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nfloat3 scales = (1, 1, 1)", "W120", 1),
+        ('string protoIndices = "x"', "W120", 0),
+        ('int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nstring invisibleIds = "0"', "W120", 1),
+        ('int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nstring ids = "0"', "W120", 1),
+        ('int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\nstring velocities = "x"', "W120", 1),
     ],
 )
 def test_malformed_instances_are_left_out_with_a_code(body: str, code: str, count: int) -> None:
     scene = load(instancer(body))
-    assert codes(scene) == [code]
+    assert codes(scene) == [code, *["N905"] * (count == 0)]
     assert len(scene.instances) == count
 
 
-def test_a_prototype_that_is_missing_is_named_and_an_empty_instancer_is_silent() -> None:
+def test_a_prototype_that_is_missing_is_named_and_an_empty_instancer_is_not() -> None:
     scene = load(
         instancer("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]").replace("</I/protos/p>", "</no>")
     )
-    assert codes(scene) == ["W121"]
+    assert codes(scene) == ["W121", "N905"]
     scene = load(instancer(""))
-    assert codes(scene) == []
+    assert codes(scene) == ["N905"]
     assert len(scene.instances) == 0
 
 

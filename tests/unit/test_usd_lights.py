@@ -335,11 +335,39 @@ def test_features_that_are_ignored_are_named(kind, inputs, code):
     assert codes == [code]
 
 
-def test_values_of_a_wrong_type_are_as_if_not_there():
-    light, _ = _read(
-        'def SphereLight "L" {\nstring inputs:intensity = "bright"\nfloat3[] inputs:color = [(1, 2, 3), (4, 5, 6)]\n}'
-    )
-    assert light.radiance == (1, 1, 1)
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        ("SphereLight", 'string inputs:intensity = "bright"\nfloat3[] inputs:color = [(1, 2, 3), (4, 5, 6)]'),
+        ("SphereLight", 'float inputs:intensity = nan\nstring inputs:normalize = "yes"'),
+        ("SphereLight", 'float2 inputs:color = (1, 2)\ntoken[] treatAsPoint = ["a", "b"]'),
+        ("SphereLight", 'string inputs:shaping:focus = "much"\nfloat inputs:shaping:focusTint = 1'),
+        ("SphereLight", 'string inputs:shadow:enable = "no"\nint inputs:shaping:ies:file = 3'),
+        ("SphereLight", 'bool treatAsPoint = 1\ntoken warp_rt:falloff = "linear"\nstring inputs:radius = "x"'),
+        ("RectLight", 'string inputs:width = "2"\nint inputs:texture:file = 3'),
+        ("DistantLight", 'string inputs:intensity = "x"\nfloat2 inputs:angle = (1, 2)'),
+        ("DomeLight_1", 'token poleAxis = "X"\nstring inputs:texture:file = "a.png"'),
+    ],
+)
+def test_values_of_a_wrong_type_are_named_and_those_of_the_schema_hold(kind, values):
+    """As many diagnostics as values, and the light of the same schema without them."""
+    wanted = [line for line in values.split("\n") if line != "bool treatAsPoint = 1"]
+    point = "bool treatAsPoint = 1" if "falloff" in values else ""
+    light, codes = _read(f'def {kind} "L" {{\n{values}\n}}')
+    assert codes == ["W413"] * len(wanted)
+    expected, _ = _read(f'def {kind} "L" {{\n{point}\n}}')
+    for name in ("radiance", "diffuse", "specular"):
+        assert getattr(light, name) == getattr(expected, name)
+    if kind.startswith("Dome"):
+        assert light.image == -1
+        np.testing.assert_array_equal(light.world_from_light, expected.world_from_light)
+    else:
+        for name in ("kind", "radius", "width", "angle", "focus", "focus_tint", "has_falloff", "casts_shadow"):
+            assert getattr(light, name) == getattr(expected, name)
+
+
+def test_numbers_of_another_precision_count():
+    assert _light("SphereLight", "double inputs:intensity = 3\nint inputs:exposure = 1").radiance == (6, 6, 6)
 
 
 def test_sampled_values_are_read_at_their_time():

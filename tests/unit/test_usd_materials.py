@@ -414,3 +414,25 @@ def test_normal_maps_that_are_not_taken_to_minus_one_to_one_are_named(tmp_path, 
     material, _, codes = _read(_material(shader, more=more))
     assert material.inputs["normal"].texture == 0
     assert codes == ["W309"] * warnings
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        'string inputs:useSpecularWorkflow = "yes"',
+        'token inputs:opacityMode = "glass"',
+        "float2 inputs:opacityMode = (1, 2)",
+        "float[] inputs:opacityThreshold = [1, 2]",
+    ],
+)
+def test_constants_that_mean_nothing_are_named(value):
+    material, _, codes = _read(_material(f'uniform token info:id = "UsdPreviewSurface"\n{value}'))
+    assert codes == ["W306"]
+    assert (material.use_specular_workflow, material.opacity_threshold) == (False, 0)
+    assert material.opacity_mode == OpacityMode.TRANSPARENT
+
+
+def test_misspelt_inputs_of_our_own_surface_are_named():
+    body = "color3f inputs:reflectance = (1, 1, 1)\ncolor3f inputs:diffuse = (1, 0, 0)"
+    material, _, codes = _read(_material(f'uniform token info:id = "WhittedSurface"\n{body}'))
+    assert (codes, set(material.inputs)) == (["W311"], {"diffuse"})

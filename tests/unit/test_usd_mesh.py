@@ -315,3 +315,42 @@ def test_subsets_of_other_families_do_not_count_and_wrong_faces_are_reported() -
     source, codes = read(SQUARES + subset("a", [0, 2, -1]))
     assert codes == ["W111"]
     assert source.mesh.material_slots.tolist() == [1, 1, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("", 'token orientation = "clockwise"', "W114"),
+        ('subdivisionScheme = "none"', 'subdivisionScheme = "smooth"', "W114"),
+        ("", 'string holeIndices = "x"', "W104"),
+    ],
+)
+def test_values_that_the_schema_does_not_have_are_named(old: str, new: str, code: str) -> None:
+    source, codes = read(SQUARES.replace(old, new) if old else f"{SQUARES}\n{new}")
+    assert codes == [code]
+    assert len(source.mesh.triangles) == 4
+    np.testing.assert_allclose(normals_of(source.mesh)[:, :2], 0)
+    assert (normals_of(source.mesh)[:, 2] > 0).all()
+
+
+def test_indices_of_a_subset_that_are_no_integers_are_named() -> None:
+    subset = (
+        'def GeomSubset "a" {\nuniform token elementType = "face"\nuniform token familyName = "materialBind"\n'
+        'string indices = "0"\n}'
+    )
+    assert read(f"{SQUARES}\n{subset}")[1] == ["W111"]
+
+
+@pytest.mark.parametrize("interpolation", ["varying", "vertex", "faceVarying", "uniform"])
+def test_display_opacity_may_vary(interpolation: str) -> None:
+    count = {"varying": 6, "vertex": 6, "faceVarying": 8, "uniform": 2}[interpolation]
+    values = [k / 8 for k in range(count)]
+    mesh = mesh_of(f'{SQUARES}\nfloat[] primvars:displayOpacity = {values} (interpolation = "{interpolation}")')
+    opacity = mesh.primvars["displayOpacity"]
+    element = {"uniform": np.repeat(mesh.face_ids[:, None], 3, axis=1), "faceVarying": None}.get(
+        interpolation, mesh.triangles
+    )
+    if element is not None:
+        np.testing.assert_allclose(opacity.values[opacity.indices, 0], np.array(values)[element])
+    else:
+        assert set(np.unique(opacity.values[opacity.indices])) == set(np.float32(values))

@@ -8,6 +8,7 @@ from pxr import Usd
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Settings
+from warp_rt.usd.load import load_stage
 from warp_rt.usd.settings import read_settings
 
 
@@ -85,6 +86,7 @@ def test_metadata_that_lead_nowhere_are_named():
         "float warp_rt:threshold = nan",
         "float warp_rt:ambient = 1",
         'string warp_rt:background = "red"',
+        'token includedPurposes = "render"',
     ],
 )
 def test_values_without_meaning_are_named_and_left_out(body):
@@ -97,7 +99,34 @@ def test_values_without_meaning_are_named_and_left_out(body):
         "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)",
         'uniform token renderingColorSpace = "acescg"',
         'uniform token[] materialBindingPurposes = ["preview", ""]',
+        'token materialBindingPurposes = "full"',
+        "int warp_rt:dept = 3",
     ],
 )
 def test_terms_that_are_ignored_are_named(body):
     assert _read(body) == (Settings(path="/Render/S"), None, ["W522"])
+
+
+def test_names_of_files_and_vars_are_not_read_which_is_noted():
+    product = 'def RenderProduct "P" {\ntoken productName = "a.exr"\n}'
+    assert _read("rel products = </Render/P>", product)[2] == ["N904"]
+    product = 'def RenderProduct "P" {\nrel orderedVars = </Render/V>\n}\ndef RenderVar "V" {\n}'
+    assert _read("rel products = </Render/P>", product)[2] == ["N904"]
+    assert _read("rel products = </Render/P>", 'def RenderProduct "P" {\n}')[2] == []
+
+
+@pytest.mark.parametrize(
+    ("metadata", "expected"),
+    [
+        ("", [("N903", "/R/A"), ("N903", "/R/B"), ("N903", "/R/P")]),
+        ('renderSettingsPrimPath = "/R/B"', [("N903", "/R/P")]),
+        ('renderSettingsPrimPath = "/R/C"', [("W521", "/R/C"), ("N903", "/R/A"), ("N903", "/R/B"), ("N903", "/R/P")]),
+    ],
+)
+def test_settings_that_nothing_names_are_noted(metadata, expected):
+    """usdrecord, too, passes over them; beside settings that are named, others are its alternatives."""
+    stage = Usd.Stage.CreateInMemory()
+    prims = 'def RenderSettings "A" {\n}\ndef RenderSettings "B" {\n}\ndef RenderPass "P" {\n}'
+    text = f'#usda 1.0\n({metadata}\n)\ndef Sphere "s" {{\n}}\ndef Scope "R" {{\n{prims}\n}}'
+    stage.GetRootLayer().ImportFromString(text)
+    assert [(d.code, d.prim) for d in load_stage(stage).diagnostics] == expected

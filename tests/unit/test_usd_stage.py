@@ -3,6 +3,7 @@
 """Opening files of every kind, composition errors, time and stage metadata."""
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,10 @@ def test_an_open_stage_is_read_as_it_is() -> None:
     [
         ("missing.usda", None),
         ("empty.usda", b""),
+        ("empty.usdc", b""),
+        ("empty.usdz", b""),
+        ("syntax.usda", b'#usda 1.0\ndef Sphere "s" {\n    double radius =\n}\n'),
+        ("picture.usd", b"\x89PNG\r\n\x1a\n" + bytes(100)),
         ("garbage.usda", b"hello"),
         ("broken.usda", b'#usda 1.0\ndef Sphere "s" {\n'),
         ("latin.usda", b'#usda 1.0\ndef "a" {\n string s = "\xff\xfe"\n bad \xff }'),
@@ -77,9 +82,51 @@ def test_a_file_that_cannot_be_read_is_one_line(name: str, content: bytes | None
     assert captured.out + captured.err == ""
 
 
-def test_a_folder_is_no_scene(tmp_path: Path) -> None:
-    with pytest.raises(SceneError):
-        open_stage(tmp_path)
+def test_a_crate_that_ends_early_is_one_line(tmp_path: Path, capfd) -> None:
+    whole = tmp_path / "whole.usdc"
+    layer = Sdf.Layer.CreateAnonymous(".usdc")
+    layer.ImportFromString("#usda 1.0\n" + "".join(f'def Sphere "s{k}" {{\n}}\n' for k in range(50)))
+    assert layer.Export(str(whole))
+    content = whole.read_bytes()
+    for kept in (8, len(content) // 2, len(content) - 20):
+        path = tmp_path / f"cut{kept}.usdc"
+        path.write_bytes(content[:kept])
+        with pytest.raises(SceneError, match=f"cut{kept}.usdc: cannot be read as USD") as error:
+            load_stage(path)
+        assert "\n" not in str(error.value)
+    captured = capfd.readouterr()
+    assert captured.out + captured.err == ""
+
+
+def test_what_is_wrong_with_a_file_is_said(tmp_path: Path) -> None:
+    (tmp_path / "folder.usda").mkdir()
+    (tmp_path / "empty.usd").touch()
+    for path in (tmp_path, tmp_path / "folder.usda"):
+        with pytest.raises(SceneError, match="is a folder, not a USD file"):
+            open_stage(path)
+    with pytest.raises(SceneError, match="the file is empty"):
+        open_stage(tmp_path / "empty.usd")
+    with pytest.raises(SceneError, match="no such file"):
+        open_stage("")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="file names are UTF-16 there")
+def test_a_name_that_is_not_utf8_is_one_line(tmp_path: Path) -> None:
+    folder = os.fsencode(tmp_path)
+    names = [os.fsdecode(folder + b"/latin\xe9.usda"), os.fsdecode(folder + b"/gone\xe9.usda")]
+    Path(names[0]).write_text(SPHERE)
+    for name in names:
+        with pytest.raises(SceneError, match="not UTF-8"):
+            load_stage(name)
+
+
+def test_payloads_that_are_not_loaded_are_noted(tmp_path: Path) -> None:
+    write(tmp_path / "payload.usda", '#usda 1.0\ndef Xform "p" {\ndef Sphere "s" {\n}\n}\n')
+    root = write(tmp_path / "root.usda", '#usda 1.0\ndef "a" (payload = @./payload.usda@</p>) {\n}\n')
+    assert load_stage(root).prims == ("/a/s",)
+    scene = load_stage(Usd.Stage.Open(str(root), Usd.Stage.LoadNone))
+    found = [(record.code, record.prim) for record in scene.diagnostics]
+    assert found == [("N906", "/a"), ("N905", "root.usda")]
 
 
 def test_composition_errors_are_named_and_nothing_is_printed(tmp_path: Path, capfd) -> None:

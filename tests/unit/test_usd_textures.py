@@ -367,3 +367,35 @@ def test_udim_tiles_need_not_begin_at_the_first_nor_have_one_size(tmp_path):
 def test_udim_without_tiles_is_named(tmp_path):
     _, texture, _, codes = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=str(tmp_path / "scene.usda"))
     assert (texture.image, codes) == (-1, ["W201"])
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        'string inputs:scale = "2"',
+        "float2 inputs:bias = (1, 2)",
+        'string inputs:fallback = "red"',
+        "int inputs:wrapS = 1",
+        "int inputs:sourceColorSpace = 1",
+    ],
+)
+def test_constants_of_a_wrong_type_are_named_and_the_defaults_hold(value, image):
+    _, texture, _, codes = _texture(f"asset inputs:file = @{image}@\n{ST}\n{value}")
+    _, expected, _, _ = _texture(f"asset inputs:file = @{image}@\n{ST}")
+    assert codes == ["W306"]
+    for name in ("scale", "bias", "fallback", "wrap_s", "is_srgb"):
+        assert getattr(texture, name) == getattr(expected, name)
+
+
+@pytest.mark.parametrize(
+    "value", ['string inputs:rotation = "90"', "float3 inputs:scale = (1, 2, 3)", 'string inputs:translation = "x"']
+)
+def test_turns_of_a_wrong_type_are_named_and_nothing_is_turned(value, image):
+    turn = (
+        f'def Shader "X" {{\nuniform token info:id = "UsdTransform2d"\n{value}\n'
+        "float2 inputs:in.connect = </M/R.outputs:result>\nfloat2 outputs:result\n}\n"
+    )
+    body = f"asset inputs:file = @{image}@\nfloat2 inputs:st.connect = </M/X.outputs:result>"
+    _, texture, _, codes = _texture(body, nodes=turn + READER)
+    assert codes == ["W306"]
+    np.testing.assert_array_equal(texture.uv_transform, np.eye(2, 3))

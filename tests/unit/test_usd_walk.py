@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the walk draws, where, and what prims hand down: stages of a few lines against the rules of UsdGeom."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from PIL import Image as PilImage
 from pxr import Usd, UsdGeom
 
 from warp_rt.errors import LimitError
@@ -294,7 +297,7 @@ def test_semantic_labels_are_kept_by_prim() -> None:
 @pytest.mark.parametrize("kind", ["BasisCurves", "Points", "NurbsPatch", "HermiteCurves", "TetMesh", "Volume"])
 def test_unsupported_geometry_is_named_once_where_it_would_be_drawn(kind: str) -> None:
     scene = load(f'def {kind} "g" {{ }}\ndef {kind} "guide" {{ token purpose = "guide"\n }}')
-    assert codes(scene) == {"/g": "W130"}
+    assert [(record.code, record.prim) for record in scene.diagnostics] == [("W130", "/g"), ("N905", "tmp.usda")]
 
 
 def test_skinned_meshes_are_drawn_in_their_rest_pose_and_named() -> None:
@@ -343,3 +346,127 @@ def test_a_stage_nested_too_deep_or_too_large_is_refused() -> None:
         materials = MaterialReader(stage, Usd.TimeCode(0), report)
         with pytest.raises(LimitError):
             StageWalk(stage, Usd.TimeCode(0), frozenset({"default"}), materials, report, limits).walk()
+
+
+# --- values that mean nothing, and what materials miss
+
+
+def test_a_visibility_and_a_purpose_that_the_schema_does_not_have_are_named_and_the_prim_is_drawn() -> None:
+    scene = load('def Sphere "a" {\ntoken visibility = "hidden"\n}\ndef Sphere "b" {\ntoken purpose = "final"\n}')
+    assert drawn(scene) == {"/a", "/b"}
+    assert codes(scene) == {"/a": "W114", "/b": "W114"}
+
+
+def test_a_stage_of_which_nothing_is_drawn_is_noted() -> None:
+    """Inactive, invisible and of a purpose that is not asked for: three ways to an empty picture."""
+    assert codes(load('def Sphere "a" (active = false) {\n}')) == {"tmp.usda": "N905"}
+    assert codes(load('def Sphere "a" {\ntoken visibility = "invisible"\n}')) == {"tmp.usda": "N905"}
+    assert codes(load('def Sphere "a" {\ntoken purpose = "guide"\n}')) == {"tmp.usda": "N905"}
+    assert codes(load('def Sphere "a" {\ntoken purpose = "guide"\n}', purposes=("guide",))) == {}
+
+
+@pytest.mark.parametrize(
+    ("schema", "code"), [("LODRootAPI", "W133"), ("VisibilityAPI", "W133"), ("ColorSpaceAPI", "W133"), ("ModelAPI", "")]
+)
+def test_applied_schemas_that_would_change_the_picture_are_named(schema: str, code: str) -> None:
+    scene = load(f'def Xform "x" (prepend apiSchemas = ["{schema}"]) {{\ndef Sphere "s" {{\n}}\n}}')
+    assert codes(scene) == ({"/x": code} if code else {})
+
+
+API = 'prepend apiSchemas = ["MaterialBindingAPI"]'
+READS = """
+def Material "M" {
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness.connect = </M/R.outputs:result>
+        token outputs:surface
+    }
+    def Shader "R" {
+        uniform token info:id = "UsdPrimvarReader_KIND"
+        string inputs:varname = "wear"
+        float outputs:result
+    }
+}
+"""
+
+
+@pytest.mark.parametrize("interpolation", ["constant", "uniform", "vertex"])
+def test_integers_are_read_as_numbers(interpolation: str) -> None:
+    values = {"constant": [4], "uniform": [4], "vertex": [4, 5, 6]}[interpolation]
+    mesh = (
+        f'{TRIANGLE}\nrel material:binding = </M>\nint[] primvars:wear = {values} (interpolation = "{interpolation}")'
+    )
+    scene = load(READS.replace("KIND", "int") + f'def Mesh "m" ({API}) {{\n{mesh}\n}}')
+    assert codes(scene) == {}
+    np.testing.assert_array_equal(scene.meshes[0].primvars["wear"].values[:, 0], values)
+
+
+@pytest.mark.parametrize(
+    "primvar",
+    [
+        'matrix4d[] primvars:wear = [((1,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))] (interpolation = "constant")',
+        'string[] primvars:wear = ["much"] (interpolation = "constant")',
+        'quatf primvars:wear = (1, 0, 0, 0) (interpolation = "constant")',
+        'float[] primvars:wear = [1, 2] (interpolation = "constant"\nelementSize = 2)',
+    ],
+)
+def test_a_primvar_that_cannot_be_read_is_named_where_a_material_reads_it(primvar: str) -> None:
+    for kind, body in (("Mesh", TRIANGLE), ("Sphere", "")):
+        bound = f'def {kind} "m" ({API}) {{\n{body}\nrel material:binding = </M>\n{primvar}\n}}'
+        assert codes(load(READS.replace("KIND", "float") + bound)) == {"/m": "W108"}
+        assert codes(load(READS.replace("KIND", "float") + bound.replace("</M>", "</N>").replace("wear", "tear"))) == {
+            "/m": "W310"
+        }
+
+
+def _textured(readers: str, prims: str, folder: Path) -> Scene:
+    image = folder / "image.png"
+    PilImage.new("RGB", (2, 2)).save(image)
+    return load(
+        f"""
+def Material "M" {{
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" {{
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+        token outputs:surface
+    }}
+    def Shader "T" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @{image.as_posix()}@
+        float2 inputs:st.connect = </M/R.outputs:result>
+        float3 outputs:rgb
+    }}
+    def Shader "R" {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        {readers}
+        float2 outputs:result
+    }}
+}}
+{prims}
+"""
+    )
+
+
+def test_a_texture_whose_coordinates_a_prim_lacks_is_noted_once_a_material(tmp_path: Path) -> None:
+    varname = 'string inputs:varname = "map1"'
+    bound = "rel material:binding = </M>"
+    st = '[(0,0), (1,0), (0,1)] (interpolation = "vertex")'
+    has = f'def Mesh "has" ({API}) {{\n{TRIANGLE}\n{bound}\ntexCoord2f[] primvars:map1 = {st}\n}}\n'
+    lacks = f'def Mesh "lacks" ({API}) {{\n{TRIANGLE}\n{bound}\ntexCoord2f[] primvars:st = {st}\n}}\n'
+    also = f'def Sphere "also" ({API}) {{\n{bound}\n}}\n'
+    other = 'def Sphere "other" {\n}\n'
+    given = (
+        f'def PointInstancer "i" {{\nint[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\n'
+        f'rel prototypes = </i/p>\nfloat2[] primvars:map1 = [(0,1)] (interpolation = "vertex")\n'
+        f'def Sphere "p" ({API}) {{\n{bound}\n}}\n}}\n'
+    )
+    inherited = (
+        f'def Xform "x" {{\nfloat2[] primvars:map1 = [(0,1)] (interpolation = "constant")\n'
+        f'def Sphere "s" ({API}) {{\n{bound}\n}}\n}}\n'
+    )
+    assert codes(_textured(varname, has + other + given + inherited, tmp_path)) == {}
+    (record,) = _textured(varname, has + lacks + also + other, tmp_path).diagnostics
+    assert (record.code, record.prim) == ("N912", "/M")
+    assert record.message.startswith("/lacks and 1 more prims lack the primvar map1")

@@ -1,13 +1,17 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Typed, finite values of USD attributes: a wrong type or a number that is not finite counts as absent."""
+"""Typed, finite values of USD attributes: a value of another kind is told, and the schema's fallback used."""
 
 from __future__ import annotations
 
 import math
+import reprlib
+from collections.abc import Sequence
 from typing import Any
 
-from pxr import Usd
+from pxr import Sdf, Usd
+
+from warp_rt.report import Report
 
 # A matrix, the largest value that any input holds, has 16 numbers; arrays are never read through here.
 _MAX_NUMBERS = 16
@@ -18,6 +22,8 @@ def numbers(value: Any) -> tuple[float, ...] | None:
     rows = value if _is_sequence(value) else (value,)
     flat: list[float] = []
     for row in rows:
+        if isinstance(row, str):  # which float() would parse
+            return None
         try:
             flat.extend(float(number) for number in (row if _is_sequence(row) else (row,)))
         except (TypeError, ValueError):
@@ -32,31 +38,82 @@ def _is_sequence(value: Any) -> bool:
     return hasattr(value, "__len__") and not isinstance(value, str)
 
 
-def read_value(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Any:
-    """Return the value of an attribute, the schema's fallback included; None where there is none."""
-    attribute = prim.GetAttribute(name)
-    return attribute.Get(time) if attribute else None
+def shown(value: Any) -> str:
+    """Return a value of any type as a diagnostic names it: one short line."""
+    return " ".join(reprlib.repr(value).split())
 
 
-def read_float(prim: Usd.Prim, name: str, time: Usd.TimeCode, default: float) -> float:
-    """Return a finite number, or ``default``."""
-    found = numbers(read_value(prim, name, time))
-    return found[0] if found is not None and len(found) == 1 else default
+class AttributeReader:
+    """Reads one prim's attributes.
 
+    A value of the wrong kind, or a number that is not finite, gives a diagnostic, and counts as the schema's fallback.
 
-def read_vector(prim: Usd.Prim, name: str, time: Usd.TimeCode, count: int) -> tuple[float, ...] | None:
-    """Return ``count`` finite numbers, or None."""
-    found = numbers(read_value(prim, name, time))
-    return found if found is not None and len(found) == count else None
+    Args:
+        prim: Whose attributes.
+        time: When.
+        code: Of the diagnostics.
+        report: Takes them.
+    """
 
+    def __init__(self, prim: Usd.Prim, time: Usd.TimeCode, code: str, report: Report) -> None:
+        self._prim = prim
+        self._time = time
+        self._code = code
+        self._report = report
 
-def read_bool(prim: Usd.Prim, name: str, time: Usd.TimeCode, default: bool) -> bool:
-    """Return a truth value (numbers count), or ``default``."""
-    found = numbers(read_value(prim, name, time))
-    return default if found is None else bool(found[0])
+    def value(self, name: str) -> Any:
+        """Return the value of any type, the schema's fallback included; None where there is none."""
+        attribute = self._prim.GetAttribute(name)
+        return attribute.Get(self._time) if attribute else None
 
+    def number(self, name: str, default: float) -> float:
+        """Return a number; ``default`` where neither stage nor schema has one."""
+        return self.vector(name, (default,))[0]
 
-def read_token(prim: Usd.Prim, name: str, time: Usd.TimeCode, default: str) -> str:
-    """Return a token or string, or ``default``."""
-    value = read_value(prim, name, time)
-    return value if isinstance(value, str) else default
+    def truth(self, name: str, default: bool) -> bool:
+        """Return a truth value, for which a number may stand; ``default`` where neither stage nor schema has one."""
+        return bool(self.number(name, float(default)))
+
+    def vector(self, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """Return as many numbers as ``default`` has; that itself where neither stage nor schema has a value."""
+        value = self.value(name)
+        found = numbers(value)
+        if found is not None and len(found) == len(default):
+            return found
+        fallback = numbers(self._fallback(name)) or default
+        if value is None:
+            return fallback
+        what = f"{len(default)} finite numbers" if len(default) > 1 else "a finite number"
+        self._replace(name, value, f"not {what}", ", ".join(f"{number:g}" for number in fallback))
+        return fallback
+
+    def token(self, name: str, default: str, allowed: Sequence[str] = ()) -> str:
+        """Return a token or string.
+
+        Args:
+            name: The attribute.
+            default: What holds where neither stage nor schema has a value.
+            allowed: The tokens that have a meaning; empty: any has.
+        """
+        value = self.value(name)
+        if isinstance(value, str) and (not allowed or value in allowed):
+            return value
+        fallback = str(self._fallback(name) or default)
+        if value is None:
+            return fallback
+        self._replace(name, value, f"none of {', '.join(allowed)}" if allowed else "not a token", fallback)
+        return fallback
+
+    def asset(self, name: str) -> Sdf.AssetPath | None:
+        """Return an asset path; None where none is named."""
+        value = self.value(name)
+        if value is None or isinstance(value, Sdf.AssetPath):
+            return value if value and value.path else None
+        self._replace(name, value, "not an asset path", "no file")
+        return None
+
+    def _fallback(self, name: str) -> Any:
+        return self._prim.GetPrimDefinition().GetAttributeFallbackValue(name)
+
+    def _replace(self, name: str, value: Any, why: str, instead: str) -> None:
+        self._report.warn(self._code, self._prim.GetPath(), f"{name} is {shown(value)}, {why}; {instead} is used")

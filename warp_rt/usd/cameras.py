@@ -12,21 +12,24 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Camera
-from warp_rt.usd.attribute_values import numbers, read_float, read_token, read_value, read_vector
+from warp_rt.usd.arrays import float_rows
+from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 
 DEPTH_OF_FIELD = "W421"
 CLIPPING_PLANES = "W422"
 MOTION_BLUR = "W423"
 INVALID_CAMERA = "W424"
+BACK_PLATE = "W425"
 
 # The schema's fallbacks, which also stand in for values without meaning.
 _FOCAL_LENGTH = 50.0
 _HORIZONTAL_APERTURE = 20.955
 _VERTICAL_APERTURE = 15.2908
+_PROJECTIONS = ("perspective", "orthographic")
 _TENTH = 0.1  # scene units in a unit of aperture
 
 
@@ -39,29 +42,30 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
         time: When.
         report: Takes diagnostics about what is ignored or makes no sense.
     """
-    _report_ignored(prim, time, report)
-    is_perspective = read_token(prim, "projection", time, "perspective") != "orthographic"
-    width = _positive(prim, "horizontalAperture", time, _HORIZONTAL_APERTURE, report)
-    height = _positive(prim, "verticalAperture", time, _VERTICAL_APERTURE, report)
-    x = read_float(prim, "horizontalApertureOffset", time, 0.0)
-    y = read_float(prim, "verticalApertureOffset", time, 0.0)
-    scale = 1 / _positive(prim, "focalLength", time, _FOCAL_LENGTH, report) if is_perspective else _TENTH
+    attributes = AttributeReader(prim, time, INVALID_CAMERA, report)
+    _report_ignored(prim, attributes, report)
+    is_perspective = attributes.token("projection", _PROJECTIONS[0], _PROJECTIONS) == "perspective"
+    width = _positive(prim, "horizontalAperture", attributes, _HORIZONTAL_APERTURE, report)
+    height = _positive(prim, "verticalAperture", attributes, _VERTICAL_APERTURE, report)
+    x = attributes.number("horizontalApertureOffset", 0.0)
+    y = attributes.number("verticalApertureOffset", 0.0)
+    scale = 1 / _positive(prim, "focalLength", attributes, _FOCAL_LENGTH, report) if is_perspective else _TENTH
     return Camera(
         str(prim.GetPath()),
         _transform(prim, world_from_local, report),
         (scale * (x - width / 2), scale * (x + width / 2), scale * (y - height / 2), scale * (y + height / 2)),
         is_perspective=is_perspective,
-        clipping_range=_clipping_range(prim, is_perspective, time, report),
-        exposure_scale=_exposure_scale(prim, time, report),
+        clipping_range=_clipping_range(prim, is_perspective, attributes, report),
+        exposure_scale=_exposure_scale(prim, attributes, report),
     )
 
 
-def _positive(prim: Usd.Prim, name: str, time: Usd.TimeCode, default: float, report: Report) -> float:
-    value = read_value(prim, name, time)
+def _positive(prim: Usd.Prim, name: str, attributes: AttributeReader, default: float, report: Report) -> float:
+    value = attributes.value(name)
     found = numbers(value)
-    if found is not None and found[0] > 0:
+    if found is not None and len(found) == 1 and found[0] > 0:
         return found[0]
-    report.warn(INVALID_CAMERA, prim.GetPath(), f"{name} is {value}, no length above 0; {default:g} is used")
+    report.warn(INVALID_CAMERA, prim.GetPath(), f"{name} is {shown(value)}, no length above 0; {default:g} is used")
     return default
 
 
@@ -76,36 +80,44 @@ def _transform(prim: Usd.Prim, world_from_local: np.ndarray, report: Report) -> 
     return result
 
 
-def _clipping_range(prim: Usd.Prim, is_perspective: bool, time: Usd.TimeCode, report: Report) -> tuple[float, float]:
+def _clipping_range(
+    prim: Usd.Prim, is_perspective: bool, attributes: AttributeReader, report: Report
+) -> tuple[float, float]:
     """Return the authored range. The schema's (1, 1e6) would hide what is nearer than a metre in metre scenes."""
     if not prim.GetAttribute("clippingRange").HasAuthoredValue():
         return 0.0, math.inf
-    value = read_vector(prim, "clippingRange", time, 2)
-    if value is None or not value[0] < value[1]:
+    value = numbers(attributes.value("clippingRange"))
+    if value is None or len(value) != 2 or not value[0] < value[1]:
         report.warn(INVALID_CAMERA, prim.GetPath(), "clippingRange is not near < far; nothing is clipped")
         return 0.0, math.inf
     return max(value[0], 0.0) if is_perspective else value[0], value[1]
 
 
-def _exposure_scale(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> float:
-    scale = float(UsdGeom.Camera(prim).ComputeLinearExposureScale(time))
+def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> float:
+    """Return the factor from radiance to pixel values (UsdGeomCamera, "Exposure Attributes")."""
+    f_number = attributes.number("exposure:fStop", 1.0)
+    gain = attributes.number("exposure:iso", 100.0) / 100.0 * attributes.number("exposure:responsivity", 1.0)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        scale = attributes.number("exposure:time", 1.0) * gain * np.exp2(attributes.number("exposure", 0.0))
+        scale = float(scale / np.float64(f_number) ** 2)
     if math.isfinite(scale) and scale >= 0:
         return scale
     report.warn(INVALID_CAMERA, prim.GetPath(), "the exposure is not finite; ignored")
     return 1.0
 
 
-def _report_ignored(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> None:
+def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
     path = prim.GetPath()
-    if read_float(prim, "fStop", time, 0.0) > 0:
-        if read_float(prim, "focusDistance", time, 0.0) > 0:
+    if attributes.number("fStop", 0.0) > 0:
+        if attributes.number("focusDistance", 0.0) > 0:
             report.warn(DEPTH_OF_FIELD, path, "depth of field is not supported yet; drawn sharp")
         else:
             report.warn(DEPTH_OF_FIELD, path, "fStop is set without a focusDistance; drawn sharp")
-    planes = read_value(prim, "clippingPlanes", time)
-    if planes is not None and len(planes):
+    planes = attributes.value("clippingPlanes")
+    rows = float_rows(planes)
+    if planes is not None and (rows is None or len(rows)):
         report.warn(CLIPPING_PLANES, path, "clippingPlanes are not supported; ignored")
-    shutter_open = numbers(read_value(prim, "shutter:open", time)) or (0.0,)
-    shutter_close = numbers(read_value(prim, "shutter:close", time)) or (0.0,)
-    if shutter_open != shutter_close:
+    if attributes.number("shutter:open", 0.0) != attributes.number("shutter:close", 0.0):
         report.warn(MOTION_BLUR, path, "motion blur is not supported yet; the shutter is instantaneous")
+    if any(schema.startswith("BackPlateAPI:") for schema in prim.GetAppliedSchemas()):
+        report.warn(BACK_PLATE, path, "back plates are not supported; ignored")

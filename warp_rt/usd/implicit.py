@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
-from warp_rt.usd.attribute_values import read_float, read_token
-from warp_rt.usd.mesh import encloses_volume
+from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
+from warp_rt.usd.mesh import INVALID_VALUE, ORIENTATIONS, encloses_volume
 
 TYPES = ("Sphere", "Cube", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane")
 BAD_SIZE = "W140"
@@ -60,28 +60,50 @@ def read_shape(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> Shape | No
     """Return the shape of a prim whose type is one of ``TYPES``; None, with a diagnostic, if it has no extent."""
     kind = prim.GetTypeName()
     # A negative size has no meaning of its own; its magnitude keeps the shape from being turned inside out.
-    sizes = {name: abs(read_float(prim, name, time, 0.0)) for name in _SIZES[kind]}
-    axis = read_token(prim, "axis", time, "Z")
-    key, scale = _unit_shape(kind, axis, sizes)
+    attributes = AttributeReader(prim, time, INVALID_VALUE, report)
+    values = {name: attributes.value(name) for name in _SIZES[kind]}
+    sizes = {name: _magnitude(value) for name, value in values.items()}
+    has_sizes = all(math.isfinite(size) for size in sizes.values())
+    axis = attributes.token("axis", "Z", tuple(_AXES))
+    is_left_handed = attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded"
+    key, scale = _unit_shape(kind, axis, sizes) if has_sizes else ((), (0.0, 0.0, 0.0))
     is_flat_capsule = kind == "Capsule_1" and not sizes["height"] and len({*sizes.values(), 0.0}) > 2
     if not min(scale) > 0 or is_flat_capsule:
-        report.warn(BAD_SIZE, prim.GetPath(), f"{kind} left out: {', '.join(f'{n} {v:g}' for n, v in sizes.items())}")
+        report.warn(
+            BAD_SIZE, prim.GetPath(), f"{kind} left out: {', '.join(f'{n} {shown(v)}' for n, v in values.items())}"
+        )
         return None
     matrix = np.eye(4)
-    matrix[:3, :3] = _AXES.get(axis, _AXES["Z"]) * np.array(scale)
-    return Shape(key, matrix)
+    matrix[:3, :3] = _AXES[axis] * np.array(scale)
+    return Shape((is_left_handed, *key), matrix)
+
+
+def _magnitude(value: object) -> float:
+    found = numbers(value)
+    return abs(found[0]) if found is not None and len(found) == 1 else math.nan
 
 
 def make_shape(key: tuple[object, ...]) -> Mesh:
     """Return the unit mesh that a ``Shape.key`` names."""
-    kind, *ratios = key
+    is_left_handed, kind, *ratios = key
     if kind == "Cube":
-        return _cube()
-    if kind == "Plane":
+        mesh = _cube()
+    elif kind == "Plane":
         square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], np.float32)
-        return Mesh(square, np.array([(0, 1, 2), (0, 2, 3)], np.int32), face_ids=np.zeros(2, np.int32))
-    bottom, top, half_height = (float(ratio) for ratio in ratios)  # type: ignore[arg-type]
-    return _revolve(_outline(kind == "Capsule", bottom, top, half_height))
+        mesh = Mesh(square, np.array([(0, 1, 2), (0, 2, 3)], np.int32), face_ids=np.zeros(2, np.int32))
+    else:
+        bottom, top, half_height = (float(ratio) for ratio in ratios)  # type: ignore[arg-type]
+        mesh = _revolve(_outline(kind == "Capsule", bottom, top, half_height))
+    return _turned_inside_out(mesh) if is_left_handed else mesh
+
+
+def _turned_inside_out(mesh: Mesh) -> Mesh:
+    """Return the mesh that ``orientation = "leftHanded"`` asks for: wound the other way, normals reversed."""
+    normals = mesh.normals
+    if normals is not None:
+        indices = None if normals.indices is None else normals.indices[:, [0, 2, 1]]
+        normals = Primvar(-normals.values, indices)
+    return replace(mesh, triangles=mesh.triangles[:, [0, 2, 1]], normals=normals)
 
 
 _SIZES = {

@@ -19,7 +19,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Light, LightKind
-from warp_rt.usd.attribute_values import numbers, read_bool, read_float, read_token, read_value, read_vector
+from warp_rt.usd.attribute_values import AttributeReader
 
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_PROFILE = "W402"
@@ -33,6 +33,7 @@ INVALID_LIGHT = "W409"
 IGNORED_PORTALS = "W410"
 DOME_LAYOUT = "W411"
 POINT_WITHOUT_AREA = "W412"
+INVALID_VALUE = "W413"
 
 _KINDS = {
     "SphereLight": LightKind.SPHERE,
@@ -41,6 +42,7 @@ _KINDS = {
     "CylinderLight": LightKind.CYLINDER,
     "DistantLight": LightKind.DISTANT,
 }
+_FALLOFFS = ("inverseSquare", "none")
 _DOMES = ("DomeLight", "DomeLight_1")
 # Names without the prefix "inputs:", which files older than USD 21 have and the schema now ignores.
 _OLD_NAMES = ("intensity", "exposure", "color", "normalize", "angle", "radius", "width", "height", "length")
@@ -91,10 +93,11 @@ def read_light(
     if not np.isfinite(matrix).all() or not _is_invertible(matrix):
         report.warn(INVALID_LIGHT, path, "the transform is singular or not finite; the light is left out")
         return None
-    _report_ignored(prim, time, report)
+    attributes = AttributeReader(prim, time, INVALID_VALUE, report)
+    _report_ignored(prim, attributes, report)
     if kind in _DOMES:
-        return _read_dome(prim, kind, matrix, time, report, images)
-    return _read_shape(prim, _KINDS[kind], matrix, time, report)
+        return _read_dome(prim, kind, matrix, attributes, report, images)
+    return _read_shape(prim, _KINDS[kind], matrix, attributes, report)
 
 
 def _is_invertible(matrix: np.ndarray) -> bool:
@@ -102,37 +105,37 @@ def _is_invertible(matrix: np.ndarray) -> bool:
     return bool((scales > 0).all() and abs(np.linalg.det(matrix[:3, :3] / scales)) > 1e-9)
 
 
-def _emission(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
+def _emission(attributes: AttributeReader) -> np.ndarray:
     """Return intensity * 2^exposure * color * temperature, before normalisation: shape [3]."""
-    intensity = read_float(prim, "inputs:intensity", time, 1.0)
-    exposure = read_float(prim, "inputs:exposure", time, 0.0)
-    color = np.array(read_vector(prim, "inputs:color", time, 3) or (1.0, 1.0, 1.0))
-    if read_bool(prim, "inputs:enableColorTemperature", time, False):
-        temperature = read_float(prim, "inputs:colorTemperature", time, 6500.0)
+    intensity = attributes.number("inputs:intensity", 1.0)
+    exposure = attributes.number("inputs:exposure", 0.0)
+    color = np.array(attributes.vector("inputs:color", (1.0, 1.0, 1.0)))
+    if attributes.truth("inputs:enableColorTemperature", False):
+        temperature = attributes.number("inputs:colorTemperature", 6500.0)
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(temperature))
     with np.errstate(over="ignore"):
         return intensity * np.exp2(exposure) * color
 
 
-def _multipliers(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[float, float]:
-    return read_float(prim, "inputs:diffuse", time, 1.0), read_float(prim, "inputs:specular", time, 1.0)
+def _multipliers(attributes: AttributeReader) -> tuple[float, float]:
+    return attributes.number("inputs:diffuse", 1.0), attributes.number("inputs:specular", 1.0)
 
 
 def _read_shape(
-    prim: Usd.Prim, kind: LightKind, matrix: np.ndarray, time: Usd.TimeCode, report: Report
+    prim: Usd.Prim, kind: LightKind, matrix: np.ndarray, attributes: AttributeReader, report: Report
 ) -> Light | None:
     path = prim.GetPath()
-    emission = _emission(prim, time)
-    is_normalized = read_bool(prim, "inputs:normalize", time, False)
-    radius = read_float(prim, "inputs:radius", time, 0.5)
-    width = read_float(prim, "inputs:width", time, 1.0)
-    height = read_float(prim, "inputs:height", time, 1.0)
-    length = read_float(prim, "inputs:length", time, 1.0)
-    angle = math.radians(min(max(read_float(prim, "inputs:angle", time, 0.53), 0.0), 360.0))
+    emission = _emission(attributes)
+    is_normalized = attributes.truth("inputs:normalize", False)
+    radius = attributes.number("inputs:radius", 0.5)
+    width = attributes.number("inputs:width", 1.0)
+    height = attributes.number("inputs:height", 1.0)
+    length = attributes.number("inputs:length", 1.0)
+    angle = math.radians(min(max(attributes.number("inputs:angle", 0.53), 0.0), 360.0))
     has_falloff = True
-    if kind == LightKind.SPHERE and read_bool(prim, "treatAsPoint", time, False):
+    if kind == LightKind.SPHERE and attributes.truth("treatAsPoint", False):
         kind = LightKind.POINT
-        has_falloff = read_token(prim, "warp_rt:falloff", time, "inverseSquare") != "none"
+        has_falloff = attributes.token("warp_rt:falloff", _FALLOFFS[0], _FALLOFFS) != "none"
         if radius == 0 and has_falloff:
             # A normalised point sends out a quarter of its intensity in every direction, whatever its radius is.
             if not is_normalized:
@@ -154,8 +157,8 @@ def _read_shape(
     if not np.isfinite(radiance).all():
         report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
         return None
-    diffuse, specular = _multipliers(prim, time)
-    focus, focus_tint, cone_angle, cone_softness = _shaping(prim, time) if kind != LightKind.DISTANT else _NO_SHAPING
+    diffuse, specular = _multipliers(attributes)
+    focus, focus_tint, cone_angle, cone_softness = _shaping(attributes) if kind != LightKind.DISTANT else _NO_SHAPING
     red, green, blue = (float(c) for c in radiance)
     return Light(
         str(path),
@@ -168,7 +171,7 @@ def _read_shape(
         length=length,
         angle=angle if kind == LightKind.DISTANT else 0.0,
         has_falloff=has_falloff,
-        casts_shadow=read_bool(prim, "inputs:shadow:enable", time, True),
+        casts_shadow=attributes.truth("inputs:shadow:enable", True),
         diffuse=diffuse,
         specular=specular,
         focus=focus,
@@ -182,13 +185,13 @@ def _read_shape(
 _NO_SHAPING = (0.0, (0.0, 0.0, 0.0), math.pi, 0.0)
 
 
-def _shaping(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[float, tuple[float, float, float], float, float]:
+def _shaping(attributes: AttributeReader) -> tuple[float, tuple[float, float, float], float, float]:
     """Return focus, tint, half cone angle [rad] and softness; those of ShapingAPI where it is applied or authored."""
-    red, green, blue = read_vector(prim, "inputs:shaping:focusTint", time, 3) or (0.0, 0.0, 0.0)
-    cone = read_float(prim, "inputs:shaping:cone:angle", time, 180.0)
-    softness = read_float(prim, "inputs:shaping:cone:softness", time, 0.0)
+    red, green, blue = attributes.vector("inputs:shaping:focusTint", (0.0, 0.0, 0.0))
+    cone = attributes.number("inputs:shaping:cone:angle", 180.0)
+    softness = attributes.number("inputs:shaping:cone:softness", 0.0)
     return (
-        max(read_float(prim, "inputs:shaping:focus", time, 0.0), 0.0),
+        max(attributes.number("inputs:shaping:focus", 0.0), 0.0),
         (red, green, blue),
         math.radians(min(max(cone, 0.0), 180.0)),
         min(max(softness, 0.0), 1.0),
@@ -265,27 +268,27 @@ def _rounded(matrix: np.ndarray, kind: LightKind, path: Sdf.Path, report: Report
 
 
 def _read_dome(
-    prim: Usd.Prim, kind: str, matrix: np.ndarray, time: Usd.TimeCode, report: Report, images: Images
+    prim: Usd.Prim, kind: str, matrix: np.ndarray, attributes: AttributeReader, report: Report, images: Images
 ) -> Dome | None:
     path = prim.GetPath()
     if kind == "DomeLight_1":
-        pole = read_token(prim, "poleAxis", time, "scene")
+        pole = attributes.token("poleAxis", "scene", ("scene", "Y", "Z"))
         if pole == "Z" or (pole == "scene" and UsdGeom.GetStageUpAxis(prim.GetStage()) == UsdGeom.Tokens.z):
             matrix = matrix @ _Z_POLE
-    radiance = _emission(prim, time)
+    radiance = _emission(attributes)
     if not np.isfinite(radiance).all():
         report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
         return None
     image, is_srgb = -1, False
-    asset = read_value(prim, "inputs:texture:file", time)
-    if isinstance(asset, Sdf.AssetPath) and asset.path:
-        layout = read_token(prim, "inputs:texture:format", time, "automatic")
+    asset = attributes.asset("inputs:texture:file")
+    if asset is not None:
+        layout = attributes.token("inputs:texture:format", "automatic")
         if layout in ("automatic", "latlong"):
             image = images.image(asset, prim)
             is_srgb = images.is_srgb(image, prim.GetAttribute("inputs:texture:file"), path)
         else:
             report.warn(DOME_LAYOUT, path, f"the texture format {layout!r} is not supported; the dome is uniform")
-    diffuse, specular = _multipliers(prim, time)
+    diffuse, specular = _multipliers(attributes)
     red, green, blue = (float(c) for c in radiance)
     return Dome(str(path), matrix, (red, green, blue), image=image, is_srgb=is_srgb, diffuse=diffuse, specular=specular)
 
@@ -293,24 +296,24 @@ def _read_dome(
 # --- what is not drawn
 
 
-def _report_ignored(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> None:
+def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
     """Report each feature that a light has and the picture lacks."""
     path = prim.GetPath()
-    profile = read_value(prim, "inputs:shaping:ies:file", time)
-    if isinstance(profile, Sdf.AssetPath) and profile.path:
+    profile = attributes.asset("inputs:shaping:ies:file")
+    if profile is not None:
         report.warn(IGNORED_PROFILE, path, f"the IES profile @{profile.path}@ is not supported; ignored")
     filters = prim.GetRelationship("light:filters")
     if filters and filters.GetTargets():
         report.warn(IGNORED_FILTER, path, "light filters are not supported; ignored")
     for name in ("lightLink", "shadowLink"):
-        if _is_restricted(prim, name, time):
+        if _is_restricted(prim, name, attributes):
             report.warn(IGNORED_LINKING, path, f"the collection {name} is not supported; every prim is linked")
-    if any(numbers(read_value(prim, "inputs:shadow:color", time)) or ()):
+    if any(attributes.vector("inputs:shadow:color", (0.0, 0.0, 0.0))):
         report.warn(IGNORED_SHADOW, path, "shadow:color is not supported; shadows are black")
-    if read_float(prim, "inputs:shadow:distance", time, -1.0) >= 0:
+    if attributes.number("inputs:shadow:distance", -1.0) >= 0:
         report.warn(IGNORED_SHADOW, path, "shadow:distance is not supported; shadows reach to the light")
-    texture = read_value(prim, "inputs:texture:file", time)
-    if prim.GetTypeName() == "RectLight" and isinstance(texture, Sdf.AssetPath) and texture.path:
+    texture = attributes.asset("inputs:texture:file") if prim.GetTypeName() == "RectLight" else None
+    if texture is not None:
         report.warn(IGNORED_TEXTURE, path, f"the light's texture @{texture.path}@ is not supported; it is uniform")
     portals = prim.GetRelationship("portals")
     if portals and portals.GetTargets():
@@ -321,13 +324,13 @@ def _report_ignored(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> None:
             report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
 
 
-def _is_restricted(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> bool:
+def _is_restricted(prim: Usd.Prim, name: str, attributes: AttributeReader) -> bool:
     """Return whether a light's linking collection holds anything but everything."""
     for part in ("includes", "excludes"):
         relationship = prim.GetRelationship(f"collection:{name}:{part}")
         if relationship and relationship.GetTargets():
             return True
     expression = prim.GetAttribute(f"collection:{name}:membershipExpression")
-    return not read_bool(prim, f"collection:{name}:includeRoot", time, True) or bool(
+    return not attributes.truth(f"collection:{name}:includeRoot", True) or bool(
         expression and expression.HasAuthoredValue()
     )

@@ -16,9 +16,10 @@ from warp_rt.usd.cameras import read_camera
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import MAX_COORDINATE
+from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.placement import Group
 from warp_rt.usd.point_instancer import is_regular
-from warp_rt.usd.settings import read_settings
+from warp_rt.usd.settings import read_settings, report_unused
 from warp_rt.usd.stage import (
     captured_warnings,
     error_text,
@@ -33,6 +34,7 @@ from warp_rt.usd.walk import BAD_TRANSFORM, StageWalk
 # usdrecord's: a render product's own purposes, {default, render}, count only where they are authored.
 DEFAULT_PURPOSES = ("default", "proxy")
 UNREADABLE = "W420"
+NOTHING_DRAWN = "N905"
 
 
 def load_stage(
@@ -74,6 +76,20 @@ def load_stage(
         lights, domes = _read_lights(group, materials, code, report)
         cameras = _read_cameras(group, code, report)
         instances, instance_paths = _instances(group, walk, report)
+        report_missing_primvars(
+            stage,
+            group,
+            walk.meshes,
+            walk.prims,
+            list(walk.material_sets),
+            materials.materials,
+            materials.textures,
+            report,
+        )
+        report_unused(settings, walk.render_prims, stage, report)
+        if not len(instances):
+            message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"
+            report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
         up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
     return Scene(
         meshes=tuple(walk.meshes),

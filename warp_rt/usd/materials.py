@@ -18,10 +18,10 @@ from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Image, Input, Material, MaterialModel, OpacityMode, Texture
-from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.foreign_shaders import Term, foreign_terms, is_preview_surface
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.shading_network import Node, find_source, read_constant
+from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
 from warp_rt.usd.textures import InputReader
 
 UNKNOWN_SURFACE = "W301"
@@ -30,6 +30,7 @@ DISPLACEMENT = "W305"
 NO_SURFACE = "W307"
 NORMAL_MAP = "W309"
 DANGLING_BINDING = "W310"
+UNKNOWN_INPUT = "W311"
 
 DISPLAY_COLOR_MATERIAL = "/__displayColor"
 """Path of the material of prims that have none."""
@@ -124,6 +125,7 @@ class MaterialReader:
         for surface in surfaces:
             if surface.id == "WhittedSurface":
                 inputs = self._read_inputs(surface.shader, _WHITTED_INPUTS, material.GetPrim())
+                self._warn_unknown_inputs(surface.shader)
                 return self._append(Material(path, MaterialModel.WHITTED, inputs))
             if is_preview_surface(surface.id):
                 return self._append(self._preview_surface(path, surface.shader, material.GetPrim()))
@@ -167,21 +169,39 @@ class MaterialReader:
                 inputs[name] = value
         return inputs
 
+    def _warn_unknown_inputs(self, shader: UsdShade.Shader) -> None:
+        """Report misspelt inputs of our own surface; what else a UsdPreviewSurface holds is its exporter's business."""
+        for port in shader.GetInputs():
+            if port.GetBaseName() not in _WHITTED_INPUTS:
+                self._report.warn(UNKNOWN_INPUT, port.GetAttr().GetPath(), "WhittedSurface has no such input; ignored")
+
     def _preview_surface(self, path: str, shader: UsdShade.Shader, material: Usd.Prim) -> Material:
         inputs = self._read_inputs(shader, _PREVIEW_INPUTS, material)
         self._check_normal_map(inputs.get("normal"), shader)
-        workflow = numbers(read_constant(shader, "useSpecularWorkflow", self._time, self._report)) or (0.0,)
-        threshold = numbers(read_constant(shader, "opacityThreshold", self._time, self._report)) or (0.0,)
-        mode = read_constant(shader, "opacityMode", self._time, self._report)
-        is_presence = mode in ("presence", 1)  # MaterialX's twin has the numbers 0 and 1
+        workflow = read_numbers(shader, "useSpecularWorkflow", (1,), self._time, self._report) or (0.0,)
+        threshold = read_numbers(shader, "opacityThreshold", (1,), self._time, self._report) or (0.0,)
         return Material(
             path,
             MaterialModel.PREVIEW,
             inputs,
             use_specular_workflow=workflow[0] != 0,
-            opacity_mode=OpacityMode.PRESENCE if is_presence else OpacityMode.TRANSPARENT,
+            opacity_mode=self._opacity_mode(shader),
             opacity_threshold=threshold[0],
         )
+
+    def _opacity_mode(self, shader: UsdShade.Shader) -> OpacityMode:
+        value = read_constant(shader, "opacityMode", self._time, self._report)
+        if value is None:
+            return OpacityMode.TRANSPARENT
+        if isinstance(value, str | int):
+            # MaterialX's twin has the numbers 0 and 1.
+            if value in ("transparent", 0):
+                return OpacityMode.TRANSPARENT
+            if value in ("presence", 1):
+                return OpacityMode.PRESENCE
+        path = shader.GetInput("opacityMode").GetAttr().GetPath()
+        self._report.warn(WRONG_TYPE, path, f"is {shown(value)}, no mode; transparent is used")
+        return OpacityMode.TRANSPARENT
 
     def _check_normal_map(self, normal: Input | None, shader: UsdShade.Shader) -> None:
         """Report an 8-bit normal map whose texels are not taken from 0..1 to -1..1, or are decoded as colours."""
@@ -214,7 +234,7 @@ class MaterialReader:
                     continue
                 value = Input(value=(1.0 - value.value[0], 0.0, 0.0, 0.0))
             if term.weight:
-                found = numbers(read_constant(shader, term.weight, self._time, self._report))
+                found = read_numbers(shader, term.weight, (1,), self._time, self._report)
                 value = self._weighted(value, found[0] if found else term.weight_default)
             inputs[name] = value
         return inputs

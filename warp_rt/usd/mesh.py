@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
 from warp_rt.usd.arrays import integers, vector_rows
+from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.subsets import read_face_slots
 from warp_rt.usd.triangulate import triangulate
@@ -21,6 +22,7 @@ BAD_INDEX = "W102"
 BAD_POINT = "W103"
 BAD_TOPOLOGY = "W104"
 BAD_HOLE = "W113"
+INVALID_VALUE = "W114"
 EMPTY = "N910"
 
 # Rays lose hits beyond a distance of 1e19 and products of coordinates must stay inside float32's range.
@@ -28,6 +30,8 @@ MAX_COORDINATE = 1e15
 
 # Schemes whose surface is smooth. A bilinear surface is its cage, corners and all.
 _SMOOTH_SCHEMES = ("catmullClark", "loop")
+_SCHEMES = (*_SMOOTH_SCHEMES, "bilinear", "none")
+ORIENTATIONS = ("rightHanded", "leftHanded")
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,8 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> MeshSource 
     corners, rows = triangulate(points, shown.starts, shown.counts, shown.indices)
     if not len(corners):
         return None
-    is_left_handed = schema.GetOrientationAttr().Get(time) == "leftHanded"
+    attributes = AttributeReader(prim, time, INVALID_VALUE, report)
+    is_left_handed = attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded"
     if is_left_handed:
         corners = corners[:, [0, 2, 1]]
     layout = Layout(
@@ -87,7 +92,7 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> MeshSource 
         face_ids=shown.faces[rows].astype(np.int32),
         corners=corners.astype(np.int32),
     )
-    scheme = schema.GetSubdivisionSchemeAttr().Get(time)
+    scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
     if scheme in _SMOOTH_SCHEMES:
         # A hole is still part of the surface that the normals belong to.
         smooth = smooth_normals(points, polygons)
@@ -235,8 +240,11 @@ def _read_arrays(schema: UsdGeom.Mesh, time: Usd.TimeCode, report: Report) -> tu
 def _is_hole(schema: UsdGeom.Mesh, face_count: int, time: Usd.TimeCode, report: Report) -> np.ndarray:
     """Return which faces ``holeIndices`` takes away: bool, shape [face_count]."""
     is_hole = np.zeros(face_count, bool)
-    holes = integers(schema.GetHoleIndicesAttr().Get(time))
-    if holes is not None:
+    value = schema.GetHoleIndicesAttr().Get(time)
+    holes = integers(value)
+    if holes is None and value is not None:
+        report.warn(BAD_TOPOLOGY, schema.GetPath(), f"holeIndices holds a {type(value).__name__}")
+    elif holes is not None:
         inside = (holes >= 0) & (holes < face_count)
         if not inside.all():
             report.warn(BAD_HOLE, schema.GetPath(), f"{(~inside).sum()} holeIndices name no face")

@@ -44,10 +44,10 @@ def read_point_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> 
     schema = UsdGeom.PointInstancer(prim)
     path = prim.GetPath()
     prototypes = tuple(schema.GetPrototypesRel().GetForwardedTargets())
-    prototype = integers(schema.GetProtoIndicesAttr().Get(time))
+    prototype = _integers(schema.GetProtoIndicesAttr(), time, report)
     prototype = np.zeros(0, np.int64) if prototype is None else prototype
     count = len(prototype)
-    matrices = _moved_matrices(schema, time, count)
+    matrices = _moved_matrices(schema, count, time, report)
     if matrices is None:
         matrices = _matrices(schema, count, time, report)
     if not count or matrices is None:
@@ -129,11 +129,18 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
     return matrices
 
 
-def _moved_matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> np.ndarray | None:
+def _moved_matrices(
+    schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, report: Report
+) -> np.ndarray | None:
     """Return USD's own matrices where velocities move the instances; None where they do not or USD gives none."""
     motions = (schema.GetVelocitiesAttr(), schema.GetAngularVelocitiesAttr(), schema.GetAccelerationsAttr())
     if time.IsDefault() or not any(attribute.HasAuthoredValue() for attribute in motions):
         return None
+    for attribute in motions:
+        value = attribute.Get(time)
+        if value is not None and vector_rows(value, 3) is None:
+            message = f"{attribute.GetName()} left out: it holds a {type(value).__name__}"
+            report.warn(BAD_ARRAY, attribute.GetPrimPath(), message)
     try:
         matrices = schema.ComputeInstanceTransformsAtTime(
             time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
@@ -145,16 +152,25 @@ def _moved_matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: i
     return np.asarray(matrices, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
 
 
+def _integers(attribute: Usd.Attribute, time: Usd.TimeCode, report: Report) -> np.ndarray | None:
+    value = attribute.Get(time)
+    found = integers(value)
+    if found is None and value is not None:
+        message = f"{attribute.GetName()} left out: it holds a {type(value).__name__}"
+        report.warn(BAD_ARRAY, attribute.GetPrimPath(), message)
+    return found
+
+
 def _shown_ids(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, report: Report) -> np.ndarray:
     """Return which instances are neither invisible nor inactive: bool, shape [count]."""
     hidden = []
-    invisible = integers(schema.GetInvisibleIdsAttr().Get(time))
+    invisible = _integers(schema.GetInvisibleIdsAttr(), time, report)
     if invisible is not None:
         hidden.append(invisible)
     inactive = schema.GetPrim().GetMetadata("inactiveIds")
     if inactive is not None:
         hidden.append(np.array(list(inactive.GetAppliedItems()), np.int64))
-    ids = integers(schema.GetIdsAttr().Get(time))
+    ids = _integers(schema.GetIdsAttr(), time, report)
     if ids is None or not len(ids):
         ids = np.arange(count)
     elif len(ids) != count:

@@ -22,7 +22,7 @@ NOT_FINITE = "W109"
 
 # Components that a name promises, where one does.
 _WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
-_FLOAT_TYPE = re.compile(r"(half|float|double|color|texCoord|normal|vector|point)([234][hfd]?)?")
+_NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|normal|vector|point)([234][hfd]?)?")
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Layout:
 
 
 def read_primvars(prim: Usd.Prim, layout: Layout, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
-    """Return the prim's own primvars of floats and vectors, by name; inherited ones and normals are not among them."""
+    """Return the prim's own primvars of numbers and vectors, by name; inherited ones and normals are not among them."""
     found = {}
     for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
         name = primvar.GetPrimvarName()
@@ -80,7 +80,7 @@ def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     return (
         primvar.GetElementSize() == 1
         and not name.startswith("skel:")
-        and _FLOAT_TYPE.fullmatch(scalar_type) is not None
+        and _NUMBER_TYPE.fullmatch(scalar_type) is not None
         and (primvar.GetTypeName().isArray or primvar.GetInterpolation() == "constant")
     )
 

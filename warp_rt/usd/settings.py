@@ -7,22 +7,26 @@ Reference: UsdRender schema documentation.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from pxr import Usd, UsdRender
+from pxr import Usd, UsdRender, Vt
 
 from warp_rt.errors import SceneError
 from warp_rt.options import MAX_DEPTH, MAX_SIZE
 from warp_rt.report import Report
 from warp_rt.scene import Settings
-from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.attribute_values import numbers, shown
 
 MISSING_SETTINGS = "W521"
 IGNORED_SETTING = "W522"
 INVALID_SETTING = "W523"
 IGNORED_PRODUCT = "W524"
+UNUSED_RENDER_PRIM = "N903"
+UNREAD_PRODUCT = "N904"
 
 _METADATA = "renderSettingsPrimPath"
+_OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:threshold")
 _POLICIES = (
     "expandAperture",
     "cropAperture",
@@ -53,6 +57,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
     product = reader.product()
     if product is not None:
         reader.prims.insert(0, product)
+    reader.report_unknown()
     return (
         Settings(
             path=str(prim.GetPath()),
@@ -84,6 +89,19 @@ def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Pr
     return None
 
 
+def report_unused(settings: Settings, render_prims: Sequence[str], stage: Usd.Stage, report: Report) -> None:
+    """Note the render settings and passes that nothing names.
+
+    Where settings are in force, others beside them are alternatives, which is what they are for.
+    """
+    for path in render_prims:
+        kind = stage.GetPrimAtPath(path).GetTypeName()
+        if kind == "RenderPass":
+            report.warn(UNUSED_RENDER_PRIM, path, "render passes are not supported; everything is drawn in one")
+        elif not settings.path:
+            report.warn(UNUSED_RENDER_PRIM, path, f"does not count: the stage's {_METADATA} does not name it")
+
+
 class _Reader:
     """Looks up the settings on the product, where authored there, then on the RenderSettings."""
 
@@ -108,6 +126,19 @@ class _Reader:
             else:
                 self._report.warn(IGNORED_PRODUCT, path, "only the first raster product is made; this one is ignored")
         return found
+
+    def report_unknown(self) -> None:
+        """Report what the file is to be called and to hold, which the caller says, and settings that we do not have."""
+        for prim in self.prims:
+            if prim.IsA(UsdRender.Product):
+                name = prim.GetAttribute("productName").Get()
+                has_vars = prim.GetRelationship("orderedVars").HasAuthoredTargets()
+                if name or has_vars:
+                    message = "productName and orderedVars are not read: the caller says which files and AOVs are made"
+                    self._report.warn(UNREAD_PRODUCT, prim.GetPath(), message)
+            for attribute in prim.GetAuthoredPropertiesInNamespace("warp_rt"):
+                if attribute.GetName() not in _OWN_TERMS:
+                    self._report.warn(IGNORED_SETTING, attribute.GetPath(), "there is no such setting; ignored")
 
     def resolution(self) -> tuple[int, int] | None:
         """Return width and height where authored."""
@@ -178,10 +209,13 @@ class _Reader:
         if space is not None and str(space):
             self._ignored("renderingColorSpace", "colours are linear Rec. 709")
         purposes = self._value("materialBindingPurposes")
-        if purposes is not None and list(purposes) != ["full", ""]:
+        if purposes is not None and purposes != Vt.TokenArray(["full", ""]):
             self._ignored("materialBindingPurposes", "materials bound for the purpose full are used")
         purposes = self._value("includedPurposes")
-        return None if purposes is None else tuple(str(purpose) for purpose in purposes)
+        if purposes is None or isinstance(purposes, Vt.TokenArray | Vt.StringArray):
+            return None if purposes is None else tuple(str(purpose) for purpose in purposes)
+        self._invalid("includedPurposes", f"{shown(purposes)} is no array of tokens")
+        return None
 
     def _value(self, name: str) -> Any:
         """Return the strongest authored value; None where nothing is authored."""

@@ -9,12 +9,14 @@ too deep for it, and a cycle or a broken connection becomes a diagnostic instead
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
+from warp_rt.usd.attribute_values import numbers, shown
 
 BROKEN_CONNECTION = "W304"
 WRONG_TYPE = "W306"
@@ -92,3 +94,29 @@ def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, report
         report.warn(CONNECTED_CONSTANT, port.GetAttr().GetPath(), "cannot be connected to a node; the default is used")
         return None
     return source.Get(time) if source else None
+
+
+def read_numbers(
+    shader: UsdShade.Shader, name: str, counts: Sequence[int], time: Usd.TimeCode, report: Report
+) -> tuple[float, ...] | None:
+    """Return a constant of as many finite numbers as ``counts`` has among it; None, with a diagnostic, for others."""
+    value = read_constant(shader, name, time, report)
+    found = numbers(value)
+    if value is None or (found is not None and len(found) in counts):
+        return found
+    _warn_type(shader, name, value, f"not {' or '.join(map(str, counts))} finite numbers", report)
+    return None
+
+
+def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, report: Report) -> str | None:
+    """Return a constant token or string; None, with a diagnostic, for other values."""
+    value = read_constant(shader, name, time, report)
+    if value is None or isinstance(value, str):
+        return value
+    _warn_type(shader, name, value, "not a token", report)
+    return None
+
+
+def _warn_type(shader: UsdShade.Shader, name: str, value: Any, why: str, report: Report) -> None:
+    path = shader.GetInput(name).GetAttr().GetPath()
+    report.warn(WRONG_TYPE, path, f"is {shown(value)}, {why}; the default is used")

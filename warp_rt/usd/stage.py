@@ -49,14 +49,23 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     name = os.fspath(path)
     reason = ""
     try:
+        str(Path(name).absolute()).encode()
+    except UnicodeEncodeError:
+        raise SceneError(f"{name}: USD cannot open files whose path is not UTF-8; rename it") from None
+    try:
         stage = Usd.Stage.Open(name, Usd.Stage.LoadAll)
     except Tf.ErrorException as error:
         stage, reason = None, error_text(error)
     if stage is not None:
         return stage
     # Asked only now, for a name that is no file may still be one to the asset resolver.
-    if "[" not in name and not Path(name).exists():
+    file = Path(name)
+    if "[" not in name and (not name or not file.exists()):
         raise SceneError(f"{name}: no such file")
+    if file.is_dir():
+        raise SceneError(f"{name}: is a folder, not a USD file")
+    if file.is_file() and not file.stat().st_size:
+        raise SceneError(f"{name}: the file is empty")
     raise SceneError(f"{name}: cannot be read as USD{f': {reason}' if reason else ''}")
 
 

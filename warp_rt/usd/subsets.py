@@ -36,7 +36,10 @@ def read_face_slots(
         if subset.GetElementTypeAttr().Get(time) != "face":
             report.warn(BAD_FACE, child.GetPath(), "subset left out: only subsets of faces take materials")
             continue
-        faces = integers(subset.GetIndicesAttr().Get(time))
+        value = subset.GetIndicesAttr().Get(time)
+        faces = integers(value)
+        if faces is None and value is not None:
+            report.warn(BAD_FACE, child.GetPath(), f"subset left out: its indices hold a {type(value).__name__}")
         faces = np.zeros(0, np.int64) if faces is None else np.unique(faces)
         inside = faces[(faces >= 0) & (faces < face_count)]
         if len(inside) < len(faces):

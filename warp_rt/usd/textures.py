@@ -20,7 +20,15 @@ from warp_rt.report import Report
 from warp_rt.scene import Input, Texture, Wrap
 from warp_rt.usd.attribute_values import numbers
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, shader_id
+from warp_rt.usd.shading_network import (
+    WRONG_TYPE,
+    Node,
+    find_source,
+    read_constant,
+    read_numbers,
+    read_token,
+    shader_id,
+)
 
 UNKNOWN_TOKEN = "W204"
 NO_COORDINATES = "W206"
@@ -114,7 +122,7 @@ class InputReader:
         if reader and reader[1] in _READER_SIZES:
             return self._primvar(node.shader, int(reader[2] or _READER_SIZES[reader[1]]), count, material)
         if name.startswith("constant_"):
-            found = numbers(read_constant(node.shader, "value", self._time, self._report))
+            found = read_numbers(node.shader, "value", (1, 2, 3, 4), self._time, self._report)
             return Input(value=_components(found, count)) if found else None
         self._warn_unknown(node)
         return None
@@ -148,7 +156,7 @@ class InputReader:
             if found:
                 return found
         for port in ("fallback", "default"):
-            found = numbers(read_constant(shader, port, self._time, self._report))
+            found = read_numbers(shader, port, (1, 2, 3, 4), self._time, self._report)
             if found:
                 return found
         return None
@@ -269,9 +277,9 @@ class InputReader:
 
     def _transform(self, shader: UsdShade.Shader) -> np.ndarray:
         """Return scale, then counter-clockwise rotation, then translation as one matrix, shape [3, 3]."""
-        angle = numbers(read_constant(shader, "rotation", self._time, self._report)) or (0.0,)
-        scale = numbers(read_constant(shader, "scale", self._time, self._report)) or (1.0, 1.0)
-        translation = numbers(read_constant(shader, "translation", self._time, self._report)) or (0.0, 0.0)
+        angle = read_numbers(shader, "rotation", (1,), self._time, self._report) or (0.0,)
+        scale = read_numbers(shader, "scale", (1, 2), self._time, self._report) or (1.0, 1.0)
+        translation = read_numbers(shader, "translation", (1, 2), self._time, self._report) or (0.0, 0.0)
         cosine, sine = np.cos(np.radians(angle[0])), np.sin(np.radians(angle[0]))
         linear = np.array([[cosine, -sine], [sine, cosine]]) * np.resize(scale, 2)
         return np.vstack([np.column_stack([linear, np.resize(translation, 2)]), [0.0, 0.0, 1.0]])
@@ -283,13 +291,13 @@ class InputReader:
         return _WRAPS.get(token, Wrap.BLACK)
 
     def _token(self, shader: UsdShade.Shader, name: str, default: str) -> str:
-        value = read_constant(shader, name, self._time, self._report)
-        return value if isinstance(value, str) else default
+        value = read_token(shader, name, self._time, self._report)
+        return default if value is None else value
 
     def _vector4(
         self, shader: UsdShade.Shader, name: str, default: tuple[float, float, float, float]
     ) -> tuple[float, float, float, float]:
-        found = numbers(read_constant(shader, name, self._time, self._report))
+        found = read_numbers(shader, name, (1, 3, 4), self._time, self._report)
         if found is None:
             return default
         red, green, blue = found[:3] if len(found) >= 3 else (found[0],) * 3

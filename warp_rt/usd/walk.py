@@ -18,9 +18,10 @@ from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.scene import Mesh
 from warp_rt.usd import implicit
+from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.lights import is_light
 from warp_rt.usd.materials import MaterialReader
-from warp_rt.usd.mesh import MeshSource, read_mesh
+from warp_rt.usd.mesh import INVALID_VALUE, MeshSource, read_mesh
 from warp_rt.usd.placement import MAX_INSTANCES, Group, GroupBuilder, PlacedPrim, Values
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, is_regular, read_point_instances
 from warp_rt.usd.primvars import inherited_constants, read_constants
@@ -31,17 +32,28 @@ CYCLE = "W123"
 UNSUPPORTED = "W130"
 REST_POSE = "W131"
 DRAW_MODE = "W132"
+UNSUPPORTED_SCHEMA = "W133"
+UNLOADED = "N906"
 UNKNOWN_TYPE = "N911"
 
 MAX_PRIMS = 10_000_000
 MAX_DEPTH = 256  # of namespace
 MAX_NESTING = 64  # of instances within instances
 
-_SHOWN = Usd.TraverseInstanceProxies()
+# Unloaded prims are met, for they are told; nothing of them is drawn.
+_SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
 _IDENTITY = Gf.Matrix4d(1)
 # A prototype may be a class or stand below an over, neither of which is drawn by itself.
-_SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier & Usd.PrimIsLoaded)
+_SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier)
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
+_PURPOSES = ("default", "render", "proxy", "guide")
+_RENDER_TYPES = ("RenderSettings", "RenderPass")
+# What applied schemas would change, and what happens instead.
+_IGNORED_SCHEMAS = {
+    "LODRootAPI": "all levels of detail are drawn",
+    "VisibilityAPI": "the visibility of single purposes does not count",
+    "ColorSpaceAPI": "colours are read as linear Rec. 709",
+}
 
 
 @dataclass(frozen=True)
@@ -112,6 +124,8 @@ class StageWalk:
         self.meshes: list[Mesh] = []
         self.prims: list[str] = []
         self.labels: dict[str, dict[str, tuple[str, ...]]] = {}
+        self.render_prims: list[str] = []
+        """Paths of the RenderSettings and RenderPass prims."""
         self.material_sets: dict[tuple[int, ...], int] = {}
         self._stage = stage
         self._time = time
@@ -166,16 +180,22 @@ class StageWalk:
 
     def _visit(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> Context | None:
         """Add what a prim draws to the group; return what its children have from it, None to leave them out."""
+        if not prim.IsLoaded():
+            self._report.warn(UNLOADED, prim.GetPath(), "its payload is not loaded: left out with all below it")
+            return None
         time = self._time
         kind = str(prim.GetTypeName())
         traits = self._type_traits(prim, kind)
         purpose = above.purpose
         if traits.is_imageable:
-            if prim.GetAttribute("visibility").Get(time) == UsdGeom.Tokens.invisible:
+            visibility = prim.GetAttribute("visibility").Get(time)
+            if visibility == UsdGeom.Tokens.invisible:
                 return None
-            authored = prim.GetAttribute("purpose")
-            if authored.HasAuthoredValue():
-                purpose = str(authored.Get(time))
+            if visibility not in (UsdGeom.Tokens.inherited, None):
+                message = f"visibility is {shown(visibility)}, neither inherited nor invisible: drawn"
+                self._report.warn(INVALID_VALUE, prim.GetPath(), message)
+            if prim.GetAttribute("purpose").HasAuthoredValue():
+                purpose = AttributeReader(prim, time, INVALID_VALUE, self._report).token("purpose", purpose, _PURPOSES)
         matrix = self._matrix(prim, above) if traits.is_xformable else above.matrix
         if matrix is None:
             return None
@@ -187,12 +207,14 @@ class StageWalk:
             is_skinned=above.is_skinned or kind == "SkelRoot",
             draw_mode=self._draw_mode(prim, above) if prim.IsModel() else above.draw_mode,
         )
-        self._read_labels(prim)
+        self._read_schemas(prim)
         is_shown = (purpose or UsdGeom.Tokens.default_) in self._purposes
         if is_light(prim):
             builder.add_light(PlacedPrim(prim, matrix, self._name(prim, here)))
         elif kind == "Camera":
             builder.add_camera(PlacedPrim(prim, matrix, self._name(prim, here)))
+        elif kind in _RENDER_TYPES:
+            self.render_prims.append(str(prim.GetPath()))
         elif not traits.is_known:
             self._report.warn(UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: left out")
         if kind == "Mesh":
@@ -415,9 +437,18 @@ class StageWalk:
             self._report.warn(DRAW_MODE, prim.GetPath(), f"draw mode {mode} is not supported yet: drawn in full")
         return mode
 
+    def _read_schemas(self, prim: Usd.Prim) -> None:
+        has_labels = False
+        for schema in prim.GetAppliedSchemas():
+            has_labels = has_labels or schema.startswith("SemanticsLabelsAPI:")
+            if schema in _IGNORED_SCHEMAS:
+                self._report.warn(
+                    UNSUPPORTED_SCHEMA, prim.GetPath(), f"{schema} is not supported: {_IGNORED_SCHEMAS[schema]}"
+                )
+        if has_labels:
+            self._read_labels(prim)
+
     def _read_labels(self, prim: Usd.Prim) -> None:
-        if not any(schema.startswith("SemanticsLabelsAPI") for schema in prim.GetAppliedSchemas()):
-            return
         found = {}
         for taxonomy in UsdSemantics.LabelsAPI.GetDirectTaxonomies(prim):
             labels = UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get(self._time)

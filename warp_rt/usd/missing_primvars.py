@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Primvars that materials ask for and prims do not have: found once all is placed, as instancers give them, too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.scene import Material, Mesh, Texture
+from warp_rt.usd.placement import Group
+from warp_rt.usd.primvars import WRONG_TYPE, is_drawable
+
+NO_SUCH_PRIMVAR = "N912"
+
+
+def report_missing_primvars(
+    stage: Usd.Stage,
+    group: Group,
+    meshes: Sequence[Mesh],
+    prims: Sequence[str],
+    material_sets: Sequence[tuple[int, ...]],
+    materials: Sequence[Material],
+    textures: Sequence[Texture],
+    report: Report,
+) -> None:
+    """Report primvars of a type that no material can read, and textures whose coordinates a prim does not have.
+
+    That a primvar reader's fallback steps in is what fallbacks are for; a texture then shows one texel everywhere,
+    which nobody means.
+    """
+    asked = [_asked(material, textures) for material in materials]
+    users: dict[int, list[int]] = {}
+    for row, material_set in enumerate(material_sets):
+        for material in set(material_set):
+            if asked[material]:
+                users.setdefault(material, []).append(row)
+    for material, sets in users.items():
+        rows = np.flatnonzero(np.isin(group.materials, sets))
+        for name, is_coordinate in asked[material].items():
+            lacking = rows[~_has_value(name, group, meshes, rows)]
+            missing = []
+            for path in dict.fromkeys(prims[row] for row in np.unique(group.prim[lacking])):
+                primvar = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(path)).FindPrimvarWithInheritance(name)
+                if not primvar or not primvar.HasAuthoredValue():
+                    missing.append(path)
+                elif not is_drawable(primvar):
+                    report.warn(WRONG_TYPE, path, f"primvars:{name} left out: no material can read {_kind(primvar)}")
+            if missing and is_coordinate:
+                more = f" and {len(missing) - 1} more prims" if len(missing) > 1 else ""
+                report.warn(
+                    NO_SUCH_PRIMVAR,
+                    materials[material].path,
+                    f"{missing[0]}{more} lack the primvar {name} that a texture's coordinates come from: "
+                    "one texel is shown",
+                )
+
+
+def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, bool]:
+    """Return the primvars that a material reads, by name, and whether they are a texture's coordinates."""
+    names: dict[str, bool] = {}
+    for value in material.inputs.values():
+        if value.texture < 0:
+            if value.primvar:
+                names.setdefault(value.primvar, False)
+            continue
+        texture = textures[value.texture]
+        if texture.image >= 0 and np.any(texture.uv_transform[:, :2]):
+            names[texture.primvar] = True
+    return names
+
+
+def _kind(primvar: UsdGeom.Primvar) -> str:
+    size, kind = primvar.GetElementSize(), primvar.GetTypeName()
+    return f"the type {kind}" if size == 1 else f"elements of {size} {kind.scalarType}"
+
+
+def _has_value(name: str, group: Group, meshes: Sequence[Mesh], rows: np.ndarray) -> np.ndarray:
+    """Return which rows of a group have a primvar, of their mesh or from above: bool."""
+    has_own = np.array([name in mesh.primvars for mesh in meshes] or [False])[group.mesh[rows]]
+    return has_own | ~np.isnan(group.values[name][rows, 0]) if name in group.values else has_own
