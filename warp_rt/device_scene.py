@@ -18,6 +18,7 @@ from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene
+from warp_rt.srgb import linear_from_srgb
 
 # Defaults of the two specifications: WhittedSurface (docs/whitted.md), UsdPreviewSurface 2.6.
 _WHITTED_DEFAULTS: dict[str, tuple[float, ...]] = {
@@ -252,13 +253,7 @@ def _pack_images(data: Any, pack: _Packer, scene: Scene) -> None:
     data.images = pack.records(structs.ImageData, table)
     data.texels_byte = pack.chunks(bytes_, wp.uint32, (), np.uint32)
     data.texels_float = pack.chunks(floats, wp.vec4, (4,), np.float32)
-    data.srgb_decode = pack.array(_srgb_decode_table(), wp.float32)
-
-
-def _srgb_decode_table() -> np.ndarray:
-    """Return the linear value of each sRGB byte: float32, shape [256] (IEC 61966-2-1)."""
-    s = np.arange(256) / 255.0
-    return np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    data.srgb_decode = pack.array(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32), wp.float32)
 
 
 def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from warp_rt.srgb import linear_from_srgb
+
 
 def irradiance_map(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) -> np.ndarray:
     """Return the irradiance of surfaces of every orientation in a latitude-longitude environment.
@@ -33,9 +35,7 @@ def _linear(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
     color = pixels[..., :3].astype(np.float64)
     if pixels.dtype == np.uint8:
         color /= 255.0
-    if is_srgb:
-        color = np.where(color <= 0.04045, color / 12.92, ((np.maximum(color, 0) + 0.055) / 1.055) ** 2.4)
-    return color
+    return linear_from_srgb(color) if is_srgb else color
 
 
 def _directions(rows: int, columns: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from warp_rt.kernels import ray_counts as elements
 
@@ -111,6 +112,13 @@ class Film:
     def color(self) -> np.ndarray:
         """Linear colour: float32, shape [height, width, 3]."""
         return self.aovs["color"]
+
+    def as_warp(self, aov: str) -> wp.array:
+        """Return an AOV as a Warp array over the same memory, on the CPU: [height, width] of scalars or vectors."""
+        array = self.aovs[aov]
+        scalar = wp.int32 if array.dtype == np.int32 else wp.float32
+        dtype = scalar if array.ndim == 2 else wp.types.vector(length=array.shape[2], dtype=scalar)
+        return wp.array(np.ascontiguousarray(array), dtype=dtype, device="cpu", copy=False)
 
     @property
     def alpha(self) -> np.ndarray:

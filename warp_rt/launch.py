@@ -55,7 +55,7 @@ class Deadline:
 
 
 class StopFlag:
-    """A word of memory that makes ray trees end at their next node: one pixel's tree can be larger than anybody waits."""
+    """A word of memory that ends ray trees at their next node: one pixel's tree can be larger than anybody waits."""
 
     def __init__(self, device: str) -> None:
         self.array = wp.zeros(1, dtype=int, device=device)

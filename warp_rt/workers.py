@@ -118,7 +118,7 @@ class _Queue:
                 self._changed.notify_all()
 
     def stop_if_unfinished(self) -> bool:
-        """Make other threads stop after their present item, where this one was interrupted; return whether they must."""
+        """Make other threads stop after their present item, where this one was interrupted; return if they had to."""
         with self._changed:
             is_unfinished = bool(self._items or self._active)
             if is_unfinished:

@@ -166,3 +166,13 @@ def test_samples_average_to_the_coverage() -> None:
     film = render(scene_of(body, ambient=(1, 1, 1)), camera, spp=64)
     assert abs(film.color[0, 0, 0] - 0.3) <= 2 / 64
     assert film.rays.primary == 64
+
+
+@pytest.mark.parametrize("aov", ["color", "alpha", "depth", "normal", "uv", "primId"])
+def test_aovs_are_warp_arrays_without_a_copy(aov: str) -> None:
+    scene = scene_of(square(whitted(diffuse=1.0)))
+    film = render(scene, parallel((0, 0, 1)), width=3, height=2, aovs=("color", "depth", "normal", "uv", "primId"))
+    array = film.as_warp(aov)
+    np.testing.assert_array_equal(array.numpy(), film.aovs[aov])
+    assert array.shape == (2, 3)
+    assert array.ptr == film.aovs[aov].ctypes.data

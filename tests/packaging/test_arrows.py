@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # arrow within a part is always allowed. A new module has to be given its floor here.
 PARTS = {
     "base": ["errors", "report", "options"],
-    "scene": ["scene", "framing", "headlight", "placement"],
+    "scene": ["scene", "framing", "headlight", "placement", "srgb"],
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
@@ -34,7 +34,7 @@ ARROWS = {
     "usd": ("base", "scene"),
     "device": ("base", "kernels"),
     "tracing": ("base", "scene", "device", "kernels"),
-    "image": ("base", "front"),  # front: its version
+    "image": ("base", "scene", "front"),  # front: its version
     "api": ("base", "scene", "usd", "tracing", "image"),
     "cli": ("base", "scene", "device", "tracing", "image", "api", "front"),
     "front": ("base", "scene", "tracing", "image", "api"),  # by name only, when first used

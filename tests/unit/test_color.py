@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from warp_rt.errors import OptionError
-from warp_rt.image.color import display, linear_from_srgb, srgb_from_linear, unpremultiply
+from warp_rt.image.color import display, unpremultiply
+from warp_rt.srgb import linear_from_srgb, srgb_from_linear
 
 
 @pytest.mark.parametrize(
