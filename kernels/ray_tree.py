@@ -9,6 +9,7 @@ times the product of the coefficients on the way, so a node needs no memory of i
 
 import warp as wp
 
+from .aov import FirstHit, write_aovs
 from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit_from
 from .camera import eye_direction, eye_origin
@@ -28,30 +29,10 @@ from .ray_counts import (
 from .sampling import sample_position
 from .shading import local_illumination
 from .structs import FilmData, FrameData, RayTask, SceneData
-from .surface import NORMALS_SLOT, Surface, eval_primvar, make_surface, spawn_origin
+from .surface import Surface, make_surface, spawn_origin
 from .vector import max_component, reflect, refract, refraction_discriminant
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-AOV_DEPTH = wp.constant(1)
-AOV_DISTANCE = wp.constant(2)
-AOV_NORMAL = wp.constant(4)
-AOV_POSITION = wp.constant(8)
-AOV_UV = wp.constant(16)
-AOV_PRIM = wp.constant(32)
-AOV_INSTANCE = wp.constant(64)
-AOV_ELEMENT = wp.constant(128)
-
-
-@wp.struct
-class FirstHit:
-    """What the eye ray met first: for the AOVs."""
-
-    instance: wp.int32
-    """-1 where nothing was met."""
-    surface: Surface
-    distance: wp.float32
-    """Along the eye ray; infinite where nothing was met."""
 
 
 @wp.func
@@ -260,53 +241,6 @@ def trace_tree(
         color += wp.cw_mul(task.coefficient, local)
         top = push_children(scene, tasks, top, task, surface, shading, frame, counts)
     return wp.vec4(color[0], color[1], color[2], alpha)
-
-
-@wp.func
-def write_aovs(
-    scene: wp.ref[SceneData],
-    film: wp.ref[FilmData],
-    row: int,
-    column: int,
-    first: wp.ref[FirstHit],
-    cosine: float,
-):
-    """Write the AOVs of one pixel from what its first sample met; ids are never filtered.
-
-    Args:
-        scene: Shading data.
-        film: AOV arrays.
-        row: Of the pixel in the film.
-        column: Of the pixel in the film.
-        first: What the eye ray met.
-        cosine: Between the eye ray and the view axis.
-    """
-    mask = film.aov_mask
-    is_hit = first.instance >= 0
-    if (mask & AOV_DEPTH) != 0:
-        film.depth[row, column] = wp.where(is_hit, first.distance * cosine, wp.inf)
-    if (mask & AOV_DISTANCE) != 0:
-        film.distance[row, column] = first.distance
-    if not is_hit:
-        return
-    surface = first.surface
-    if (mask & AOV_NORMAL) != 0:
-        film.normal[row, column] = surface.n_shading
-    if (mask & AOV_POSITION) != 0:
-        film.position[row, column] = surface.position
-    if (mask & AOV_UV) != 0:
-        st = eval_primvar(scene, surface, wp.static(int(NORMALS_SLOT) + 1), wp.vec4(0.0, 0.0, 0.0, 0.0))
-        film.uv[row, column] = wp.vec2(st[0], st[1])
-    if (mask & AOV_PRIM) != 0:
-        film.prim[row, column] = scene.instances[surface.instance].prim
-    if (mask & AOV_INSTANCE) != 0:
-        film.instance[row, column] = scene.instances[surface.instance].id
-    if (mask & AOV_ELEMENT) != 0:
-        face_offset = scene.meshes[surface.mesh].face_offset
-        element = surface.triangle
-        if face_offset >= 0:
-            element = scene.face_ids[face_offset + surface.triangle]
-        film.element[row, column] = element
 
 
 @wp.func

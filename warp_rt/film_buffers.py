@@ -11,21 +11,21 @@ import numpy as np
 import warp as wp
 
 from warp_rt.errors import LimitError, OptionError
-from warp_rt.kernels import ray_tree, structs
+from warp_rt.kernels import aov, structs
 
 Rectangle = tuple[int, int, int, int]
 """x, y, width, height [pixel], from the picture's top left corner."""
 
 # AOV: the field of FilmData it is written to, its bit, its type there, and what it holds where nothing was met.
 _FIELDS: dict[str, tuple[str, int, Any, float]] = {
-    "depth": ("depth", ray_tree.AOV_DEPTH, wp.float32, np.inf),
-    "distance": ("distance", ray_tree.AOV_DISTANCE, wp.float32, np.inf),
-    "normal": ("normal", ray_tree.AOV_NORMAL, wp.vec3, 0.0),
-    "position": ("position", ray_tree.AOV_POSITION, wp.vec3, np.nan),  # 0 once developed
-    "uv": ("uv", ray_tree.AOV_UV, wp.vec2, 0.0),
-    "primId": ("prim", ray_tree.AOV_PRIM, wp.int32, -1),
-    "instanceId": ("instance", ray_tree.AOV_INSTANCE, wp.int32, -1),
-    "elementId": ("element", ray_tree.AOV_ELEMENT, wp.int32, -1),
+    "depth": ("depth", aov.AOV_DEPTH, wp.float32, np.inf),
+    "distance": ("distance", aov.AOV_DISTANCE, wp.float32, np.inf),
+    "normal": ("normal", aov.AOV_NORMAL, wp.vec3, 0.0),
+    "position": ("position", aov.AOV_POSITION, wp.vec3, np.nan),  # 0 once developed
+    "uv": ("uv", aov.AOV_UV, wp.vec2, 0.0),
+    "primId": ("prim", aov.AOV_PRIM, wp.int32, -1),
+    "instanceId": ("instance", aov.AOV_INSTANCE, wp.int32, -1),
+    "elementId": ("element", aov.AOV_ELEMENT, wp.int32, -1),
 }
 
 
