@@ -59,9 +59,11 @@ class StopFlag:
 
     def __init__(self, device: str) -> None:
         self.array = wp.zeros(1, dtype=int, device=device)
+        self.is_set = False
 
     def set(self) -> None:
         """End the launches that run on the CPU; what they leave in the film is worth nothing."""
+        self.is_set = True
         self.array.fill_(1)
 
 
@@ -86,6 +88,8 @@ def run_tiles(
 
     def work(tile: Tile, scratch: Any) -> None:
         for sample in range(sample_count):
+            if stop.is_set:
+                return
             launch(scratch, tile, sample)
             done.append(None)
 

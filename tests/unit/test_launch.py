@@ -83,6 +83,18 @@ def test_the_time_limit_ends_it_and_raises_the_flag() -> None:
     assert stop.array.numpy().tolist() == [1]
 
 
+def test_a_tile_of_many_samples_is_left_between_two() -> None:
+    calls: list[int] = []
+
+    def launch(scratch: object, tile: tuple, sample: int) -> None:
+        calls.append(sample)
+        time.sleep(0.001)
+
+    with pytest.raises(LimitError):
+        run(launch, tiles_of(1, 1, 1), 1_000_000, deadline=Deadline(0.1))
+    assert len(calls) < 5000
+
+
 def test_a_tree_that_never_ends_is_left_within_the_pixel() -> None:
     """Eight panes that mirror half and pass half: each of 30 levels doubles the rays, for one pixel."""
     panes = [square(whitted(reflection=0.5, transmission=0.5), z=float(z)) for z in range(8)]
