@@ -436,3 +436,11 @@ def test_misspelt_inputs_of_our_own_surface_are_named():
     body = "color3f inputs:reflectance = (1, 1, 1)\ncolor3f inputs:diffuse = (1, 0, 0)"
     material, _, codes = _read(_material(f'uniform token info:id = "WhittedSurface"\n{body}'))
     assert (codes, set(material.inputs)) == (["W311"], {"diffuse"})
+
+
+@pytest.mark.parametrize(("space", "expected"), [("srgb_texture", ["W205"]), ("acescg", ["W205"]), ("lin_rec709", [])])
+def test_colours_in_other_spaces_are_named(space, expected):
+    body = f'color3f inputs:diffuseColor = (0.5, 0.25, 1) (colorSpace = "{space}")'
+    material, _, codes = _read(_material(f'uniform token info:id = "UsdPreviewSurface"\n{body}'))
+    assert _value(material, "diffuseColor")[:3] == (0.5, 0.25, 1)
+    assert codes == expected

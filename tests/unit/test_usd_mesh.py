@@ -341,6 +341,15 @@ def test_indices_of_a_subset_that_are_no_integers_are_named() -> None:
     assert read(f"{SQUARES}\n{subset}")[1] == ["W111"]
 
 
+def test_a_subset_with_a_material_but_of_no_family_is_named() -> None:
+    subset = (
+        'def GeomSubset "a" {\nuniform token elementType = "face"\nint[] indices = [0]\nFAMILY\n'
+        "rel material:binding = </M>\n}"
+    )
+    assert read(f"{SQUARES}\n{subset}".replace("FAMILY", ""))[1] == ["W111"]
+    assert read(f"{SQUARES}\n{subset}".replace("FAMILY", 'uniform token familyName = "materialBind"'))[1] == []
+
+
 @pytest.mark.parametrize("interpolation", ["varying", "vertex", "faceVarying", "uniform"])
 def test_display_opacity_may_vary(interpolation: str) -> None:
     count = {"varying": 6, "vertex": 6, "faceVarying": 8, "uniform": 2}[interpolation]

@@ -130,3 +130,15 @@ def test_settings_that_nothing_names_are_noted(metadata, expected):
     text = f'#usda 1.0\n({metadata}\n)\ndef Sphere "s" {{\n}}\ndef Scope "R" {{\n{prims}\n}}'
     stage.GetRootLayer().ImportFromString(text)
     assert [(d.code, d.prim) for d in load_stage(stage).diagnostics] == expected
+
+
+def test_a_camera_that_is_not_there_is_named():
+    stage = Usd.Stage.CreateInMemory()
+    text = (
+        '#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\ndef RenderSettings "S" {\nrel camera = </Cam>\n}\n'
+        'def Sphere "s" {\n}\n'
+    )
+    stage.GetRootLayer().ImportFromString(text)
+    assert [(d.code, d.prim) for d in load_stage(stage).diagnostics] == [("W523", "/S")]
+    stage.GetRootLayer().ImportFromString(text + 'def Camera "Cam" {\n}')
+    assert load_stage(stage).diagnostics == ()

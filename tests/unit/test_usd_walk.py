@@ -366,6 +366,26 @@ def test_a_stage_of_which_nothing_is_drawn_is_noted() -> None:
 
 
 @pytest.mark.parametrize(
+    ("body", "is_told"),
+    [
+        ('uniform token[] xformOpOrder = ["xformOp:rotateZ"]', True),
+        ('string xformOpOrder = "xformOp:translate"', True),
+        ('uniform token[] xformOpOrder = ["!resetXformStack!", "!invert!xformOp:translate:pivot"]', True),
+        (
+            "float3 xformOp:translate:pivot = (1, 2, 3)\n"
+            'uniform token[] xformOpOrder = ["!resetXformStack!", "!invert!xformOp:translate:pivot"]',
+            False,
+        ),
+        ("double3 xformOp:translate = (1, 2, 3)", False),
+    ],
+)
+def test_operations_of_a_transform_that_are_not_there_are_named(body: str, is_told: bool) -> None:
+    scene = load(f'def Sphere "s" {{\n{body}\n}}')
+    assert drawn(scene) == {"/s"}
+    assert codes(scene) == ({"/s": "W105"} if is_told else {})
+
+
+@pytest.mark.parametrize(
     ("schema", "code"), [("LODRootAPI", "W133"), ("VisibilityAPI", "W133"), ("ColorSpaceAPI", "W133"), ("ModelAPI", "")]
 )
 def test_applied_schemas_that_would_change_the_picture_are_named(schema: str, code: str) -> None:

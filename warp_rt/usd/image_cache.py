@@ -93,6 +93,13 @@ class ImageCache:
             self._report.warn(UNKNOWN_COLOR_SPACE, prim, message)
         return self.is_srgb_by_default(row)
 
+    def check_constant(self, attribute: Usd.Attribute) -> None:
+        """Report a colour that is authored in another space than the one it is read in."""
+        name = str(attribute.GetColorSpace()) if attribute.HasColorSpace() else ""
+        if name and name.lower() not in (*_LINEAR_SPACES, "auto"):
+            message = f"the colour space {name!r} of a value is not supported; read as linear Rec. 709"
+            self._report.warn(UNKNOWN_COLOR_SPACE, attribute.GetPath(), message)
+
     def _add(self, path: str, file: ImageFile) -> int:
         self.images.append(Image(path, file.pixels))
         self._is_srgb.append(file.is_srgb_by_default)

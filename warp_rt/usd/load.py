@@ -19,7 +19,7 @@ from warp_rt.usd.mesh import MAX_COORDINATE
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.placement import Group
 from warp_rt.usd.point_instancer import is_regular
-from warp_rt.usd.settings import read_settings, report_unused
+from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused
 from warp_rt.usd.stage import (
     captured_warnings,
     error_text,
@@ -86,6 +86,7 @@ def load_stage(
             materials.textures,
             report,
         )
+        report_missing_camera(settings, cameras, report)
         report_unused(settings, walk.render_prims, stage, report)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"

@@ -12,7 +12,7 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.scene import Material, Mesh, Texture
 from warp_rt.usd.placement import Group
-from warp_rt.usd.primvars import WRONG_TYPE, is_drawable
+from warp_rt.usd.primvars import WIDTHS, WRONG_TYPE, is_drawable
 
 NO_SUCH_PRIMVAR = "N912"
 
@@ -64,7 +64,7 @@ def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, bool]:
     names: dict[str, bool] = {}
     for value in material.inputs.values():
         if value.texture < 0:
-            if value.primvar:
+            if value.primvar and value.primvar not in WIDTHS:  # whose types are checked where they are read
                 names.setdefault(value.primvar, False)
             continue
         texture = textures[value.texture]

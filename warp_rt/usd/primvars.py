@@ -21,7 +21,7 @@ WRONG_TYPE = "W108"
 NOT_FINITE = "W109"
 
 # Components that a name promises, where one does.
-_WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
+WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
 _NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|normal|vector|point)([234][hfd]?)?")
 
 
@@ -74,7 +74,7 @@ def read_primvars(prim: Usd.Prim, layout: Layout, time: Usd.TimeCode, report: Re
 def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     """Return whether a primvar can hold a scalar or vector per element; joint weights and the like cannot."""
     name = primvar.GetPrimvarName()
-    if name in _WIDTHS:
+    if name in WIDTHS:
         return True
     scalar_type = str(primvar.GetTypeName().scalarType)
     return (
@@ -220,7 +220,7 @@ def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.
         return None
     values = float_rows(value)
     prim = primvar.GetAttr().GetPrim().GetPath()
-    width = _WIDTHS.get(primvar.GetPrimvarName())
+    width = WIDTHS.get(primvar.GetPrimvarName())
     if values is None or (width and values.shape[1] != width):
         report.warn(WRONG_TYPE, prim, f"{primvar.GetName()} left out: its type {primvar.GetTypeName()} does not fit")
         return None

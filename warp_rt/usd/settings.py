@@ -15,7 +15,7 @@ from pxr import Usd, UsdRender, Vt
 from warp_rt.errors import SceneError
 from warp_rt.options import MAX_DEPTH, MAX_SIZE
 from warp_rt.report import Report
-from warp_rt.scene import Settings
+from warp_rt.scene import Camera, Settings
 from warp_rt.usd.attribute_values import numbers, shown
 
 MISSING_SETTINGS = "W521"
@@ -87,6 +87,12 @@ def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Pr
         raise SceneError(f"{stage.GetRootLayer().identifier}: {name} is no RenderSettings prim")
     report.warn(MISSING_SETTINGS, name, f"is named by {_METADATA}, but is no RenderSettings prim; ignored")
     return None
+
+
+def report_missing_camera(settings: Settings, cameras: Sequence[Camera], report: Report) -> None:
+    """Report a camera that is named, and that the stage does not have."""
+    if settings.camera is not None and settings.camera not in {camera.path for camera in cameras}:
+        report.warn(INVALID_SETTING, settings.path, f"camera: {settings.camera} is no camera of the stage; ignored")
 
 
 def report_unused(settings: Settings, render_prims: Sequence[str], stage: Usd.Stage, report: Report) -> None:

@@ -32,6 +32,8 @@ def read_face_slots(
             continue
         subset = UsdGeom.Subset(child)
         if subset.GetFamilyNameAttr().Get(time) != "materialBind":
+            if child.GetRelationship("material:binding").HasAuthoredTargets():
+                report.warn(BAD_FACE, child.GetPath(), "its material left out: it is not of the family materialBind")
             continue
         if subset.GetElementTypeAttr().Get(time) != "face":
             report.warn(BAD_FACE, child.GetPath(), "subset left out: only subsets of faces take materials")

@@ -103,6 +103,7 @@ class InputReader:
         if found is None or len(found) not in (1, 3, 4):
             self._report.warn(WRONG_TYPE, source.GetPath(), f"not {count} finite numbers; the default is used")
             return None
+        self._images.check_constant(source)
         return Input(value=_components(found, count))
 
     def add(self, texture: Texture) -> int:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSemantics
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSemantics, Vt
 
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
@@ -42,6 +42,7 @@ MAX_NESTING = 64  # of instances within instances
 
 # Unloaded prims are met, for they are told; nothing of them is drawn.
 _SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
+_RESET = "!resetXformStack!"
 _IDENTITY = Gf.Matrix4d(1)
 # A prototype may be a class or stand below an over, neither of which is drawn by itself.
 _SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier)
@@ -189,9 +190,9 @@ class StageWalk:
         purpose = above.purpose
         if traits.is_imageable:
             visibility = prim.GetAttribute("visibility").Get(time)
-            if visibility == UsdGeom.Tokens.invisible:
+            if visibility == "invisible":
                 return None
-            if visibility not in (UsdGeom.Tokens.inherited, None):
+            if visibility not in ("inherited", None):
                 message = f"visibility is {shown(visibility)}, neither inherited nor invisible: drawn"
                 self._report.warn(INVALID_VALUE, prim.GetPath(), message)
             if prim.GetAttribute("purpose").HasAuthoredValue():
@@ -400,6 +401,7 @@ class StageWalk:
 
     def _matrix(self, prim: Usd.Prim, above: Context) -> np.ndarray | None:
         """Return group-from-local, or None, with a diagnostic, where nothing below could be drawn."""
+        self._check_operations(prim)
         local, resets = self._transforms.GetLocalTransformation(prim)
         if not resets and local == _IDENTITY:
             return above.matrix
@@ -413,6 +415,19 @@ class StageWalk:
             self._is_absolute = True
             return np.linalg.inv(above.world_from_group) @ parent_from_local
         return above.matrix @ parent_from_local
+
+    def _check_operations(self, prim: Usd.Prim) -> None:
+        """Report entries of ``xformOpOrder`` that USD passes over because there is no such operation."""
+        order = prim.GetAttribute("xformOpOrder").Get()
+        if order is None:
+            return
+        if not isinstance(order, Vt.TokenArray):
+            self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"not moved: xformOpOrder is {shown(order)}")
+            return
+        for index in range(len(order)):  # a Vt array's own iterator takes ten times as long
+            name = order[index]
+            if name != _RESET and not prim.HasAttribute(name.removeprefix("!invert!")):
+                self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {name}, which it does not have")
 
     def _type_traits(self, prim: Usd.Prim, kind: str) -> TypeTraits:
         traits = self._traits.get(kind)
