@@ -198,7 +198,7 @@ def test_times_that_mean_nothing_are_refused() -> None:
 
 @pytest.mark.parametrize(
     ("metadata", "axis", "is_warned"),
-    [("", "Y", False), ('upAxis = "Z"', "Z", False), ('upAxis = "X"', "Y", True), ('upAxis = "up"', "Y", True)],
+    [("", "Y", False), ('upAxis = "Z"', "Z", False), ('upAxis = "X"', "Z", True), ('upAxis = "up"', "Z", True)],
 )
 def test_up_axis(metadata: str, axis: str, is_warned: bool) -> None:
     report = Report()

@@ -125,12 +125,12 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
 
 
 def stage_up_axis(stage: Usd.Stage, report: Report) -> str:
-    """Return ``Y`` or ``Z``; anything else, whose meaning is not defined, counts as Y."""
+    """Return ``Y`` or ``Z``; anything else, whose meaning is not defined, counts as Z, as usdrecord has it."""
     axis = str(UsdGeom.GetStageUpAxis(stage))
     if axis in ("Y", "Z"):
         return axis
-    report.warn(BAD_UP_AXIS, stage.GetRootLayer().GetDisplayName(), f"upAxis {axis!r} is neither Y nor Z: Y is taken")
-    return "Y"
+    report.warn(BAD_UP_AXIS, stage.GetRootLayer().GetDisplayName(), f"upAxis {axis!r} is neither Y nor Z: Z is taken")
+    return "Z"
 
 
 def stage_meters_per_unit(stage: Usd.Stage, report: Report) -> float:
