@@ -91,6 +91,12 @@ def as_warp(array: np.ndarray, dtype: Any) -> wp.array:
     return wp.array(array, dtype=dtype, device="cpu", copy=False)
 
 
+def check_words(what: str, count: int, words: int) -> None:
+    """Raise LimitError where traversal, which counts words by int32, could not reach the last of ``count`` records."""
+    if count * words >= 1 << 31:
+        raise LimitError(f"{count} {what} are more than a bounding volume hierarchy can hold ({(1 << 31) // words})")
+
+
 def split_chunks(counts: np.ndarray) -> Chunks:
     """Return the chunks of trees that have ``counts`` items each."""
     pieces = -(-counts // _CHUNK)
@@ -313,6 +319,7 @@ def _collapse(references: References, nodes: wp.array, node_offset: int, workers
     node_counts = summaries["node_count"]
     tree_node = (np.cumsum(node_counts) - node_counts).astype(np.int32)
     tree_leaf = (np.cumsum(summaries["leaf_count"]) - summaries["leaf_count"]).astype(np.int32)
+    check_words("nodes", node_offset + int(node_counts.sum()), NODE_FLOATS)
     wide_nodes = host_array(int(node_counts.sum()) * NODE_FLOATS, np.float32)
     chunks = split_chunks(node_counts)
     launch_jobs(
@@ -353,7 +360,11 @@ def pack_triangles(forest: Forest, points: wp.array, triangles: wp.array, worker
         points: vec3, shape [n].
         triangles: int32, shape [3 m].
         workers: Threads to use.
+
+    Raises:
+        LimitError: There are more packets than 32-bit indices reach.
     """
+    check_words("leaf packets", forest.leaf_count, LEAF_FLOATS)
     leaves = host_array(forest.leaf_count * LEAF_FLOATS, np.float32)
     chunks = split_chunks(forest.summaries["leaf_count"])
     launch_jobs(

@@ -11,6 +11,8 @@ import pytest
 
 import warp_rt
 from warp_rt.accel import Accel
+from warp_rt.errors import LimitError
+from warp_rt.forest import check_words
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Instances, Mesh, Scene
 
@@ -250,3 +252,10 @@ def test_a_hundred_thousand_degenerate_triangles(name: str, bvh: str) -> None:
     hits = warp_rt.closest_hit(accel, origins, one[0].mean(axis=0) - origins, threads=1)
     assert (time.perf_counter() - start) / 1000 < 1e-3
     assert (hits.t <= 1.001).all()
+
+
+def test_hierarchies_that_indices_cannot_reach_are_refused() -> None:
+    """Median splits can leave packets half empty: their number counts, not that of the triangles."""
+    check_words("leaf packets", 26_843_545, 80)
+    with pytest.raises(LimitError, match="26843546 leaf packets"):
+        check_words("leaf packets", 26_843_546, 80)
