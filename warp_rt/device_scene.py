@@ -17,36 +17,11 @@ from warp_rt.kernels import structs
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.placement import Placement, place_scene, relative_points
-from warp_rt.scene import Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene
+from warp_rt.scene import MATERIAL_DEFAULTS, Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene
 from warp_rt.srgb import linear_from_srgb
 
-# Defaults of the two specifications: WhittedSurface (docs/whitted.md), UsdPreviewSurface 2.6.
-_WHITTED_DEFAULTS: dict[str, tuple[float, ...]] = {
-    "ambient": (0.1, 0.1, 0.1),
-    "diffuse": (0.8, 0.8, 0.8),
-    "specular": (0.0, 0.0, 0.0),
-    "shininess": (32.0,),
-    "reflection": (0.0, 0.0, 0.0),
-    "transmission": (0.0, 0.0, 0.0),
-    "ior": (1.5,),
-}
-_PREVIEW_DEFAULTS: dict[str, tuple[float, ...]] = {
-    "diffuseColor": (0.18, 0.18, 0.18),
-    "emissiveColor": (0.0, 0.0, 0.0),
-    "specularColor": (0.0, 0.0, 0.0),
-    "metallic": (0.0,),
-    "roughness": (0.5,),
-    "clearcoat": (0.0,),
-    "clearcoatRoughness": (0.01,),
-    "opacity": (1.0,),
-    "ior": (1.5,),
-    "normal": (0.0, 0.0, 1.0),
-    "occlusion": (1.0,),
-}
-_MODELS = {
-    MaterialModel.WHITTED: (WHITTED_INPUTS, _WHITTED_DEFAULTS),
-    MaterialModel.PREVIEW: (PREVIEW_INPUTS, _PREVIEW_DEFAULTS),
-}
+_INPUT_ROWS = {MaterialModel.WHITTED: WHITTED_INPUTS, MaterialModel.PREVIEW: PREVIEW_INPUTS}
+"""Order of a material's inputs on the device."""
 _NORMALS = ""  # name of slot 0, which no primvar can have
 
 
@@ -197,11 +172,10 @@ def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int
     data.materials = pack.records(structs.MaterialData, [_material_record(m) for m in scene.materials])
     inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), structs.InputData.numpy_dtype())
     for row, material in zip(inputs, scene.materials, strict=True):
-        names, defaults = _MODELS[material.model]
-        for k, name in enumerate(names):
+        for k, name in enumerate(_INPUT_ROWS[material.model]):
             source = material.inputs.get(name)
             if source is None:
-                x, y, z = (*defaults[name], 0.0, 0.0)[:3]
+                x, y, z = (*MATERIAL_DEFAULTS[material.model][name], 0.0, 0.0)[:3]
                 source = Input((x, y, z, 0.0))
             primvar = slots[source.primvar] if source.primvar else -1
             row[k] = (source.value, source.texture, primvar, source.channel)

@@ -148,6 +148,33 @@ class Input:
     """0 to 3 picks red, green, blue or alpha; -1 takes the vector."""
 
 
+MATERIAL_DEFAULTS: Mapping[MaterialModel, Mapping[str, tuple[float, ...]]] = {
+    MaterialModel.WHITTED: {
+        "ambient": (0.1, 0.1, 0.1),
+        "diffuse": (0.8, 0.8, 0.8),
+        "specular": (0.0, 0.0, 0.0),
+        "shininess": (32.0,),
+        "reflection": (0.0, 0.0, 0.0),
+        "transmission": (0.0, 0.0, 0.0),
+        "ior": (1.5,),
+    },
+    MaterialModel.PREVIEW: {
+        "diffuseColor": (0.18, 0.18, 0.18),
+        "emissiveColor": (0.0, 0.0, 0.0),
+        "specularColor": (0.0, 0.0, 0.0),
+        "metallic": (0.0,),
+        "roughness": (0.5,),
+        "clearcoat": (0.0,),
+        "clearcoatRoughness": (0.01,),
+        "opacity": (1.0,),
+        "ior": (1.5,),
+        "normal": (0.0, 0.0, 1.0),
+        "occlusion": (1.0,),
+    },
+}
+"""Inputs of each model and what they are where a material says nothing: docs/whitted.md, UsdPreviewSurface 2.6."""
+
+
 @dataclass(frozen=True)
 class Material:
     """A surface. Inputs that are absent have the defaults of their model's specification."""

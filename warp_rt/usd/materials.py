@@ -17,7 +17,7 @@ from dataclasses import replace
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import Image, Input, Material, MaterialModel, OpacityMode, Texture
+from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.foreign_shaders import Term, foreign_terms, is_preview_surface
 from warp_rt.usd.image_cache import ImageCache
@@ -36,28 +36,10 @@ DISPLAY_COLOR_MATERIAL = "/__displayColor"
 """Path of the material of prims that have none."""
 
 # Components of each input.
-_WHITTED_INPUTS = {
-    "ambient": 3,
-    "diffuse": 3,
-    "specular": 3,
-    "shininess": 1,
-    "reflection": 3,
-    "transmission": 3,
-    "ior": 1,
-}
-_PREVIEW_INPUTS = {
-    "diffuseColor": 3,
-    "emissiveColor": 3,
-    "specularColor": 3,
-    "metallic": 1,
-    "roughness": 1,
-    "clearcoat": 1,
-    "clearcoatRoughness": 1,
-    "opacity": 1,
-    "ior": 1,
-    "normal": 3,
-    "occlusion": 1,
-}
+_WHITTED_INPUTS, _PREVIEW_INPUTS = (
+    {name: len(default) for name, default in MATERIAL_DEFAULTS[model].items()}
+    for model in (MaterialModel.WHITTED, MaterialModel.PREVIEW)
+)
 _RENDER_CONTEXT = "warp_rt"
 
 
