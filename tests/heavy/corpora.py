@@ -147,6 +147,14 @@ def run_stage(corpora: Path, stage: str, out: Path, is_openable: bool) -> Result
     )
 
 
+def _is_error_object(stdout: str, code: int) -> bool:
+    """Return whether a failed ``--json`` command said so on stdout, and nothing else."""
+    try:
+        return json.loads(stdout)["error"]["code"] == code
+    except (ValueError, KeyError, TypeError):
+        return False
+
+
 def judge(run: subprocess.CompletedProcess[str], stage: str, has_picture: bool, is_openable: bool) -> tuple[str, str]:
     """Return the outcome of a finished process, and what is to be said about it."""
     lines = run.stderr.strip().splitlines()
@@ -166,8 +174,10 @@ def judge(run: subprocess.CompletedProcess[str], stage: str, has_picture: bool, 
         return RENDERED, ""
     if run.returncode not in CLEAN_ERRORS:
         return WRONG, f"exit code {run.returncode}: {said}"
-    if has_picture or run.stdout.strip():
-        return WRONG, f"an error that left output behind: {said}"
+    if has_picture:
+        return WRONG, f"an error that left a picture behind: {said}"
+    if not _is_error_object(run.stdout, run.returncode):
+        return WRONG, f"stdout is no error object: {run.stdout[:200]}"
     if Path(stage).name not in last:
         return WRONG, f"the error does not name the file: {said}"
     return REFUSED, said
