@@ -25,15 +25,20 @@ def test_corpora(tmp_path: Path) -> None:
     assert [(r.stage, r.outcome, r.message) for r in results if r.is_bad] == []
 
 
+FAILED = '{"error": {"code": 3, "message": "a/b.usda: cannot be read"}}'
+
+
 @pytest.mark.parametrize(
     ("code", "stdout", "stderr", "has_picture", "outcome"),
     [
         (0, "{}", "", True, RENDERED),
         (0, "{}", "", False, WRONG),
         (0, "hello", "", True, WRONG),
-        (3, "", "warp-rt render: error: a/b.usda: cannot be read", False, REFUSED),
-        (3, "", "warp-rt render: error: something is wrong", False, WRONG),
-        (3, "", "warp-rt render: error: a/b.usda: cannot be read", True, WRONG),
+        (3, FAILED, "warp-rt render: error: a/b.usda: cannot be read", False, REFUSED),
+        (3, FAILED, "warp-rt render: error: something is wrong", False, WRONG),
+        (3, FAILED, "warp-rt render: error: a/b.usda: cannot be read", True, WRONG),
+        (3, "", "warp-rt render: error: a/b.usda: cannot be read", False, WRONG),
+        (5, FAILED, "warp-rt render: error: a/b.usda: cannot be read", False, WRONG),
         (1, "", "warp-rt render: error: b.usda: internal error", False, WRONG),
         (1, "", "Traceback (most recent call last):\n  ...\nKeyError: 1", False, TRACEBACK),
         (-11, "", "", False, CRASH),
