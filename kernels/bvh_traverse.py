@@ -8,23 +8,19 @@ from .bvh_structs import AccelData, Hit, InstanceRecord, Stack
 from .constants import (
     LEAF_FLOATS,
     LEAF_IDS,
-    MOLLER_TRUMBORE,
     NO_TRIANGLE,
     NODE_CHILDREN,
     NODE_FLOATS,
     WATERTIGHT,
-    WIDTH,
 )
 from .intersect_packet import (
     PacketRay,
     intersect_boxes,
     intersect_triangles,
+    intersect_triangles_plain,
     lowest_bit,
     make_packet_ray,
-    packet_triangle,
-    packet_vertex,
 )
-from .intersect_triangle import intersect_moller_trumbore, intersect_plane_projection
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -85,30 +81,6 @@ def descend(
             top += 1
         node = nearest
     return node, top
-
-
-@wp.func
-def intersect_triangles_one_by_one(
-    accel: wp.ref[AccelData], leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
-) -> int:
-    """Return what ``intersect_triangles`` returns, by the scalar test that ``accel.intersector`` names."""
-    nearest = int(-1)
-    t_nearest = float(t_max)
-    for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
-        p0 = packet_vertex(accel.leaves, leaf, lane, 0)
-        p1 = packet_vertex(accel.leaves, leaf, lane, 1)
-        p2 = packet_vertex(accel.leaves, leaf, lane, 2)
-        if accel.intersector == MOLLER_TRUMBORE:
-            hit = intersect_moller_trumbore(ray.origin, ray.direction, p0, p1, p2)
-        else:
-            hit = intersect_plane_projection(ray.origin, ray.direction, p0, p1, p2)
-        if hit.t < t_nearest and packet_triangle(accel.leaves, leaf, lane) != ray.skip:
-            t_nearest = hit.t
-            nearest = lane
-            tuv[0] = hit.t
-            tuv[1] = hit.u
-            tuv[2] = hit.v
-    return nearest
 
 
 @wp.func
@@ -199,7 +171,7 @@ def traverse(
                     if accel.intersector == WATERTIGHT:
                         lane = intersect_triangles(accel.leaves, -1 - node, ray, hit.t, tuv)
                     else:
-                        lane = intersect_triangles_one_by_one(accel, -1 - node, ray, hit.t, tuv)
+                        lane = intersect_triangles_plain(accel.leaves, -1 - node, accel.intersector, ray, hit.t, tuv)
                     if lane >= 0:
                         hit.t = tuv[0]
                         word = (-1 - node) * LEAF_FLOATS + LEAF_IDS + lane

@@ -79,6 +79,10 @@ SPAWN_OFFSET_MIN = wp.constant(2.0**-26)
 """Least offset, relative to the triangle's size: a ray straight up must not start on the plane z = 0 itself, where
 there are no roundings to be bounded."""
 
+GREAT_TRIANGLE = wp.constant(0.25)
+"""Coordinates along a ray, by those of a triangle's corners, below which the ray gives the better hit point: rounding
+errors go with them, and a factor of 4 pays for the plane's equation."""
+
 RIM = wp.constant(2.0**-20)
 """Barycentric coordinate below which a point counts as lying at the triangle's rim: 16 roundings of 2^-24."""
 

@@ -10,8 +10,23 @@ what it computes and which tests compare it with, ray by ray.
 import warp as wp
 
 from .bounds import intersect_box, inverse_direction
-from .constants import LEAF_FLOATS, LEAF_IDS, NO_TRIANGLE, NODE_FLOATS, SLAB_SCALE, WIDTH
-from .intersect_triangle import intersect_watertight, shear_axes, shear_factors
+from .constants import (
+    LEAF_FLOATS,
+    LEAF_IDS,
+    MOLLER_TRUMBORE,
+    NO_TRIANGLE,
+    NODE_FLOATS,
+    PLANE_PROJECTION,
+    SLAB_SCALE,
+    WIDTH,
+)
+from .intersect_triangle import (
+    intersect_moller_trumbore,
+    intersect_plane_projection,
+    intersect_watertight,
+    shear_axes,
+    shear_factors,
+)
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -234,16 +249,21 @@ def packet_triangle(leaves: wp.array[float], leaf: int, lane: int) -> int:
 
 @wp.func
 def intersect_triangles_plain(
-    leaves: wp.array[float], leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
+    leaves: wp.array[float], leaf: int, intersector: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
 ) -> int:
-    """Return what ``intersect_triangles`` returns, in plain Warp."""
+    """Return what ``intersect_triangles`` returns, in plain Warp, by the scalar test that ``intersector`` names."""
     nearest = int(-1)
     t_nearest = float(t_max)
     for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
         p0 = packet_vertex(leaves, leaf, lane, 0)
         p1 = packet_vertex(leaves, leaf, lane, 1)
         p2 = packet_vertex(leaves, leaf, lane, 2)
-        hit = intersect_watertight(ray.origin, ray.direction, p0, p1, p2)
+        if intersector == MOLLER_TRUMBORE:
+            hit = intersect_moller_trumbore(ray.origin, ray.direction, p0, p1, p2)
+        elif intersector == PLANE_PROJECTION:
+            hit = intersect_plane_projection(ray.origin, ray.direction, p0, p1, p2)
+        else:
+            hit = intersect_watertight(ray.origin, ray.direction, p0, p1, p2)
         if hit.t < t_nearest and packet_triangle(leaves, leaf, lane) != ray.skip:
             t_nearest = hit.t
             nearest = lane

@@ -6,7 +6,7 @@ import warp as wp
 
 from .bounds import widest_axis
 from .bvh_structs import Hit
-from .constants import RIM, SPAWN_OFFSET, SPAWN_OFFSET_MIN
+from .constants import GREAT_TRIANGLE, RIM, SPAWN_OFFSET, SPAWN_OFFSET_MIN
 from .structs import InstanceData, SceneData, mat34
 from .vector import face_forward
 
@@ -201,12 +201,12 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     local = w * p0 + u * p1 + v * p2
     sums = wp.abs(p0) * w + wp.abs(p1) * u + wp.abs(p2) * v
     corners = wp.max(wp.max(max_abs(p0), max_abs(p1)), max_abs(p2))
-    if max_abs(local) < 0.25 * corners:
+    if max_abs(local) < GREAT_TRIANGLE * corners:
         origin = transform_point(placed.local_from_world, ray_origin)
         direction = transform_vector(placed.local_from_world, ray_direction)
         along_ray = wp.abs(origin) + wp.abs(direction) * hit.t
         slope = wp.dot(n_local, direction)
-        if max_abs(along_ray) < 0.25 * corners and slope != 0.0:
+        if max_abs(along_ray) < GREAT_TRIANGLE * corners and slope != 0.0:
             local = origin + direction * (wp.dot(n_local, p0 - origin) / slope)
             sums = along_ray + wp.abs(p0)
     s.position = transform_point(placed.world_from_local, local)

@@ -5,6 +5,7 @@
 import numpy as np
 import warp as wp
 
+from warp_rt.kernels.constants import WATERTIGHT
 from warp_rt.kernels.intersect_packet import (
     intersect_boxes,
     intersect_boxes_plain,
@@ -48,7 +49,7 @@ def compare_triangles(
     i = wp.tid()
     ray = make_packet_ray(origins[i], directions[i])
     lanes_out[0, i] = intersect_triangles(leaves, i, ray, t_max[i], tuv_out[0, i])
-    lanes_out[1, i] = intersect_triangles_plain(leaves, i, ray, t_max[i], tuv_out[1, i])
+    lanes_out[1, i] = intersect_triangles_plain(leaves, i, WATERTIGHT, ray, t_max[i], tuv_out[1, i])
 
 
 @wp.kernel
