@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Timing in turns: every contender once, then every contender again."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+def time_in_turns(
+    functions: Mapping[str, Callable[[], Any]], rounds: int, clock: Callable[[], float] = time.perf_counter
+) -> tuple[dict[str, list[float]], dict[str, Any]]:
+    """Run each function ``rounds`` times, in turns, after one turn that warms caches up and is not counted.
+
+    Args:
+        functions: By the contender's name.
+        rounds: Turns that count.
+        clock: Seconds: of the wall by default, ``time.process_time`` for those of all threads together.
+
+    Returns:
+        Seconds of each turn and the last result, by name.
+    """
+    results = {name: function() for name, function in functions.items()}
+    seconds: dict[str, list[float]] = {name: [] for name in functions}
+    gc.collect()
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        for _ in range(rounds):
+            for name, function in functions.items():
+                results[name] = None  # what is about to be made anew is freed outside of the time
+                start = clock()
+                results[name] = function()
+                seconds[name].append(clock() - start)
+    finally:
+        if was_enabled:
+            gc.enable()
+    return seconds, results
+
+
+def significant(values: list[float]) -> list[float]:
+    """Return numbers with the digits that a timing has."""
+    return [float(f"{value:.4g}") for value in values]

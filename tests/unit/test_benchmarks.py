@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of the benchmarks on cases small enough to know the answer."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def load(name: str) -> ModuleType:
+    """Return a module of benchmarks/, which is no installed package."""
+    if "benchmarks" not in sys.modules:
+        path = ROOT / "benchmarks" / "__init__.py"
+        spec = importlib.util.spec_from_file_location("benchmarks", path, submodule_search_locations=[str(path.parent)])
+        assert spec is not None
+        assert spec.loader is not None
+        sys.modules["benchmarks"] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules["benchmarks"])
+    return importlib.import_module(f"benchmarks.{name}")
+
+
+@pytest.fixture
+def sphere() -> Any:
+    return load("meshes").noisy_icosphere(2, noise=0.0)
+
+
+def test_contenders_take_turns() -> None:
+    order: list[str] = []
+    functions = {name: lambda n=name: order.append(n) or n for name in "ab"}
+    seconds, results = load("timing").time_in_turns(functions, 2)
+    assert order == list("ababab")
+    assert {name: len(turns) for name, turns in seconds.items()} == {"a": 2, "b": 2}
+    assert results == {"a": "a", "b": "b"}
+
+
+@pytest.mark.parametrize("levels", range(3))
+def test_an_icosphere_is_closed_and_has_eulers_number_of_vertices(levels: int) -> None:
+    mesh = load("meshes").noisy_icosphere(levels, noise=0.0)
+    assert mesh.triangles.shape == (20 * 4**levels, 3)
+    assert len(mesh.points) == 2 + len(mesh.triangles) // 2
+    np.testing.assert_allclose(np.linalg.norm(mesh.points, axis=1), 1, atol=1e-6)
+    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+
+
+def test_primary_rays_come_in_tiles_and_meet_the_sphere_where_they_should(sphere: Any) -> None:
+    rays = load("ray_sets").primary_rays(sphere, 16)
+    assert len(rays) == 256
+    directions = rays.directions.reshape(2, 2, 8, 8, 3)  # rows of tiles, tiles, rows of pixels, pixels
+    picture = directions.swapaxes(1, 2).reshape(16, 16, 3)
+    steps = np.diff(picture, axis=1)
+    np.testing.assert_allclose(np.cross(steps[:, :-1], steps[:, 1:]), 0, atol=1e-3)
+    # The middle of the picture looks at the middle of the sphere.
+    middle = picture[7:9, 7:9].mean(axis=(0, 1))
+    np.testing.assert_allclose(np.cross(middle, -rays.origins[0]), 0, atol=1e-2)
+
+
+def test_secondary_rays_start_at_hits_and_obey_their_laws(sphere: Any) -> None:
+    ray_sets = load("ray_sets")
+    primary = ray_sets.primary_rays(sphere, 16)
+    triangle = np.full(len(primary), -1)
+    t = np.full(len(primary), np.inf)
+    triangle[:20], t[:20] = np.arange(20), 2.0
+    normals = ray_sets.face_normals(sphere, triangle[:20])
+    incoming = primary.directions[:20].astype(float)
+    normals *= -np.sign((normals * incoming).sum(axis=1, keepdims=True))
+    for kind in ("mirror", "shadow", "ao", "diffuse"):
+        rays = ray_sets.secondary_rays(kind, sphere, primary, t, triangle)
+        assert len(rays) == 20
+        np.testing.assert_allclose(np.linalg.norm(rays.directions, axis=1), 1, atol=1e-6)
+        np.testing.assert_allclose(rays.origins, primary.origins[:20] + 2 * incoming, atol=1e-3)
+    mirror = ray_sets.secondary_rays("mirror", sphere, primary, t, triangle).directions
+    np.testing.assert_allclose((mirror * normals).sum(axis=1), -(incoming * normals).sum(axis=1), atol=1e-6)
+    np.testing.assert_allclose((np.cross(mirror, incoming) * normals).sum(axis=1), 0, atol=1e-6)
+
+
+def test_cosine_directions_have_the_mean_cosine_of_two_thirds() -> None:
+    normals = np.tile([0.0, 0.6, 0.8], (40_000, 1))
+    directions = load("ray_sets").cosine_directions(normals, np.random.default_rng(0))
+    cosine = (directions * normals).sum(axis=1)
+    assert cosine.min() >= 0
+    assert cosine.mean() == pytest.approx(2 / 3, abs=0.01)
+
+
+def test_contenders_agree_on_a_sphere(sphere: Any) -> None:
+    rays_module, ray_sets = load("rays"), load("ray_sets")
+    contenders = rays_module.build_contenders(sphere, ("warp_rt", "warp_rt, all cores", "embree", "wp.Mesh"))
+    assert {"warp_rt", "wp.Mesh"} <= set(contenders)
+    sets = rays_module.make_rays(sphere, ray_sets.KINDS, 16)
+    assert set(sets) == set(ray_sets.KINDS)
+    for kind, rays in sets.items():
+        for query in rays_module.QUERIES:
+            row = rays_module.compare(rays, query, contenders, 1)
+            assert set(row["hit_differences"].values()) == {0}, (kind, query)
+            assert rays_module.rate(row, "warp_rt") > 0
+
+
+def test_rows_are_merged_by_key_and_know_their_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    results = load("results")
+    monkeypatch.setattr(results, "FOLDER", tmp_path)
+    results.save("table", [{"mesh": "a", "value": 1}, {"mesh": "b", "value": 2}], ("mesh",))
+    results.save("table", [{"mesh": "b", "value": 3}], ("mesh",))
+    document = results.read("table")
+    assert [(row["mesh"], row["value"]) for row in document["rows"]] == [("a", 1), ("b", 3)]
+    assert {"commit", "date"} <= set(document["rows"][0])
+    assert document["machine"]["cores"] >= 1
+    assert "warp-lang" in document["versions"]
+    assert results.read("another") == {"rows": []}
