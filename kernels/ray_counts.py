@@ -7,11 +7,10 @@ import warp as wp
 PRIMARY = wp.constant(0)
 TOTAL_INTERNAL_REFLECTION = wp.constant(1)
 DROPPED_BY_DEPTH = wp.constant(2)
-DROPPED_BY_THRESHOLD = wp.constant(3)
-PASSED = wp.constant(4)
-LEVELS = wp.constant(5)
-"""First element of the counts per depth, three each: reflection, refraction, shadow."""
-PER_LEVEL = wp.constant(3)
+PASSED = wp.constant(3)
+LEVELS = wp.constant(4)
+"""First element of the counts per depth, four each: reflection, refraction, shadow, dropped by threshold."""
+PER_LEVEL = wp.constant(4)
 
 
 @wp.func
@@ -36,3 +35,9 @@ def count_refraction(counts: wp.array[wp.int64], depth: int):
 def count_shadow(counts: wp.array[wp.int64], depth: int):
     """Count a shadow ray that is cast from a node at ``depth``."""
     count(counts, LEVELS + PER_LEVEL * (depth - 1) + 2)
+
+
+@wp.func
+def count_dropped_by_threshold(counts: wp.array[wp.int64], depth: int):
+    """Count a child of a node at ``depth`` whose weight is below the threshold."""
+    count(counts, LEVELS + PER_LEVEL * (depth - 1) + 3)

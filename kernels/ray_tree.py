@@ -18,11 +18,11 @@ from .environment import environment
 from .material import Shading, eval_material
 from .ray_counts import (
     DROPPED_BY_DEPTH,
-    DROPPED_BY_THRESHOLD,
     PASSED,
     PRIMARY,
     TOTAL_INTERNAL_REFLECTION,
     count,
+    count_dropped_by_threshold,
     count_reflection,
     count_refraction,
 )
@@ -55,7 +55,7 @@ def is_kept(coefficient: wp.vec3, task: wp.ref[RayTask], frame: wp.ref[FrameData
     if largest <= 0.0:
         return False
     if task.weight * largest < frame.threshold:
-        count(counts, DROPPED_BY_THRESHOLD)
+        count_dropped_by_threshold(counts, task.depth)
         return False
     if task.depth >= frame.depth:
         count(counts, DROPPED_BY_DEPTH)

@@ -25,6 +25,9 @@ class DepthCounts:
     refraction: int
     shadow: int
     """Shadow rays cast from the nodes of this depth."""
+    dropped_by_threshold: int
+    """Children of the nodes of this depth that were not traced; so too ``dropped_by_depth``."""
+    dropped_by_depth: int
 
 
 @dataclass(frozen=True)
@@ -49,10 +52,12 @@ class RayCounts:
         """Return the counts that a counter row of the kernel holds."""
         levels = row[int(elements.LEVELS) :].reshape(-1, int(elements.PER_LEVEL))
         primary = int(row[int(elements.PRIMARY)])
+        beyond = int(row[int(elements.DROPPED_BY_DEPTH)])
         per_depth = []
-        for depth, (reflection, refraction, shadow) in enumerate(levels.tolist(), start=1):
+        for depth, (reflection, refraction, shadow, below) in enumerate(levels.tolist(), start=1):
             nodes = reflection + refraction + (primary if depth == 1 else 0)
-            per_depth.append(DepthCounts(depth, nodes, reflection, refraction, shadow))
+            too_deep = beyond if depth == len(levels) else 0  # only the last level's children are
+            per_depth.append(DepthCounts(depth, nodes, reflection, refraction, shadow, below, too_deep))
         while per_depth and not per_depth[-1].nodes:
             per_depth.pop()
         return RayCounts(
@@ -61,8 +66,8 @@ class RayCounts:
             refraction=sum(level.refraction for level in per_depth),
             shadow=sum(level.shadow for level in per_depth),
             total_internal_reflection=int(row[int(elements.TOTAL_INTERNAL_REFLECTION)]),
-            dropped_by_depth=int(row[int(elements.DROPPED_BY_DEPTH)]),
-            dropped_by_threshold=int(row[int(elements.DROPPED_BY_THRESHOLD)]),
+            dropped_by_depth=beyond,
+            dropped_by_threshold=sum(level.dropped_by_threshold for level in per_depth),
             passed=int(row[int(elements.PASSED)]),
             deepest=len(per_depth),
             per_depth=tuple(per_depth),

@@ -65,6 +65,10 @@ def assert_same_counts(film: Film, expected: dict[str, float]) -> None:
         "nodes": sum(level.nodes for level in rays.per_depth),
     }
     for name, count in found.items():
-        wanted = int(expected[name])
-        slack = max(COUNT_SLACK, COUNT_TOLERANCE * wanted)
-        assert abs(count - wanted) <= slack, f"{name}: {count}, the oracle has {wanted}"
+        assert_near(count, expected[name], name)
+
+
+def assert_near(count: int, wanted: float, name: str) -> None:
+    """Check one count."""
+    slack = max(COUNT_SLACK, COUNT_TOLERANCE * wanted)
+    assert abs(count - wanted) <= slack, f"{name}: {count}, the oracle has {wanted:.0f}"

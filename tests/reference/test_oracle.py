@@ -18,7 +18,7 @@ import pytest
 from warp_rt import Film, Renderer, RenderOptions, Scene, load_scene
 from warp_rt.options import BUILDERS, INTERSECTORS
 
-from .oracle_scenes import assert_same_counts, assert_same_image, oracle_folder
+from .oracle_scenes import assert_near, assert_same_counts, assert_same_image, oracle_folder
 
 SIZE = {"mirror_teapot": (320, 240), "random_1": (160, 160), "random_2": (160, 160)}
 CASES = [("mirror_teapot", depth, 0.0) for depth in range(1, 8)] + [("mirror_teapot", 7, 0.05)]
@@ -53,6 +53,17 @@ def test_image_and_counts(name: str, depth: int, threshold: float) -> None:
     film = render(name, depth=depth, threshold=threshold)
     assert_same_image(film.color, expected_image(name, depth, threshold))
     assert_same_counts(film, expected_counts(name, depth, threshold))
+
+
+def test_counts_of_each_depth() -> None:
+    """What depth d adds to the oracle's totals at depth d - 1 is level d; what is dropped at depth d is level d + 1."""
+    rays = render("mirror_teapot", depth=7, threshold=0.0).rays
+    totals = [expected_counts("mirror_teapot", depth, 0.0) for depth in range(1, 8)]
+    for level, total, before in zip(rays.per_depth, totals, [dict.fromkeys(totals[0], 0.0), *totals[:-1]], strict=True):
+        for kind in ("reflection", "refraction", "shadow", "nodes"):
+            assert_near(getattr(level, kind), total[kind] - before[kind], f"depth {level.depth}: {kind}")
+        dropped = rays.per_depth[level.depth].nodes if level.depth < 7 else rays.dropped_by_depth
+        assert_near(dropped, total["pruned_depth"], f"depth {level.depth}: dropped")
 
 
 @pytest.mark.parametrize("intersector", INTERSECTORS)

@@ -16,6 +16,7 @@ from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
 from warp_rt.cli.parser import Parser, add_json, add_scene, name, names, rgb, whole_numbers
 from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
+from warp_rt.cli.ray_table import tell_rays
 from warp_rt.cli.render_summary import frame_summary, summary_line, whole_run
 from warp_rt.cli.strict import add_strict, refuse_warnings
 from warp_rt.cli.terminal import Terminal
@@ -169,6 +170,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     result["seconds"] |= {"start": start, "total": seconds_since_start()}
     result["memory"]["peak_bytes"] = peak_memory()
     terminal.info(summary_line(result))
+    tell_rays(terminal, result["rays"])
     terminal.detail(", ".join(f"{stage} {value:.2f} s" for stage, value in result["seconds"].items()))
     if args.json:
         terminal.json(result)
