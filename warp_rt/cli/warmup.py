@@ -8,8 +8,8 @@ import argparse
 import time
 
 from warp_rt.cli.parser import Parser
-from warp_rt.cli.render import COMPILING
 from warp_rt.cli.terminal import Terminal
+from warp_rt.cli.voice import COMPILING
 
 
 def parser() -> Parser:

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The options by which pictures are asked for, shared by the commands that make some."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from warp_rt.cli.parser import Parser, name, rgb, whole_numbers
+from warp_rt.image.tone import TONE_MAPS
+from warp_rt.options import BUILDERS, INTEGRATORS, INTERSECTORS, SHADOWS, RenderOptions
+
+COMPLEXITIES = ("low", "medium", "high", "veryhigh")
+
+
+def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
+    """Add what is seen; return the group that holds --default-time, to which belongs whatever else picks a time."""
+    view = parser.add_argument_group("what is seen")
+    view.add_argument(
+        "--camera",
+        "-cam",
+        type=name,
+        metavar="CAMERA",
+        help="path or name of a camera (default: the render settings' one, main_cam, the first; else framed)",
+    )
+    view.add_argument("--width", "-w", "--imageWidth", type=int, metavar="PIXELS", help="default: 960")
+    view.add_argument("--height", type=int, metavar="PIXELS", help="default: from the camera's aspect ratio")
+    view.add_argument(
+        "--crop",
+        type=whole_numbers("X,Y,W,H"),
+        metavar="X,Y,W,H",
+        help="render this part, counted from the top left; what lies outside the picture is left off",
+    )
+    view.add_argument(
+        "--complexity",
+        "-c",
+        choices=COMPLEXITIES,
+        default=COMPLEXITIES[0],
+        help="subdivision; higher than low is not supported yet and warns",
+    )
+    when = view.add_mutually_exclusive_group()
+    when.add_argument(
+        "--default-time", "-d", "--defaultTime", action="store_true", help="render the values that hold at no time"
+    )
+    return when
+
+
+def add_quality(group: argparse._ArgumentGroup) -> None:
+    """Add how it is traced, all but the depth."""
+    group.add_argument(
+        "--threshold", type=float, metavar="W", help="drop rays whose weight is below; 0: never (default: 1/255)"
+    )
+    group.add_argument("--spp", type=int, default=1, metavar="N", help="samples a pixel (default: %(default)s)")
+    group.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of the sample positions (default: %(default)s)"
+    )
+    group.add_argument("--integrator", choices=INTEGRATORS, default=INTEGRATORS[0], help="default: %(default)s")
+    group.add_argument(
+        "--shadows", choices=SHADOWS, default=SHADOWS[0], help="of transparent surfaces (default: %(default)s)"
+    )
+    group.add_argument("--ambient", type=rgb, metavar="R,G,B", help="ambient light, linear (default: black)")
+    group.add_argument(
+        "--background", type=rgb, metavar="R,G,B", help="what rays that leave see, linear (default: black)"
+    )
+    group.add_argument("--bvh", choices=BUILDERS, default=BUILDERS[0], help="hierarchy builder (default: %(default)s)")
+    group.add_argument(
+        "--intersector", choices=INTERSECTORS, default=INTERSECTORS[0], help="triangle test (default: %(default)s)"
+    )
+
+
+def add_display(group: argparse._ArgumentGroup) -> None:
+    """Add how linear values are shown."""
+    group.add_argument(
+        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG by so much (default: 0)"
+    )
+    group.add_argument(
+        "--tonemap",
+        choices=TONE_MAPS,
+        default=TONE_MAPS[0],
+        help="of PNG and JPEG; raw: no curve (default: %(default)s)",
+    )
+
+
+def add_machine(parser: Parser) -> None:
+    """Add what it is traced on."""
+    machine = parser.add_argument_group("the machine")
+    machine.add_argument(
+        "--device", default="auto", metavar="DEVICE", help="auto, cpu, cuda:0, ... (default: %(default)s)"
+    )
+    machine.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: one a core)")
+    machine.add_argument("--time-limit", type=float, metavar="SECONDS", help="give up rendering after so long")
+
+
+def render_options(args: argparse.Namespace, **others: Any) -> RenderOptions:
+    """Return the options; whatever has no default of its own here stays open for the stage's settings.
+
+    Args:
+        args: Of a parser that has the options of this file.
+        others: What the command decides by options of its own.
+    """
+    return RenderOptions(
+        width=args.width,
+        height=args.height,
+        spp=args.spp,
+        integrator=args.integrator,
+        threshold=args.threshold,
+        shadows=args.shadows,
+        ambient=args.ambient,
+        background=args.background,
+        seed=args.seed,
+        crop=args.crop,
+        bvh=args.bvh,
+        intersector=args.intersector,
+        threads=args.threads,
+        time_limit=args.time_limit,
+        **others,
+    )

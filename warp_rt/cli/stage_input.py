@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The stage that pictures are made from: read, its diagnostics told, ``--strict`` obeyed, its files spared."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from warp_rt.cli.strict import refuse_warnings
+from warp_rt.cli.voice import Voice
+from warp_rt.errors import OutputError
+from warp_rt.report import Diagnostic
+
+if TYPE_CHECKING:
+    from warp_rt.scene import Scene
+
+
+def read_stage(
+    args: argparse.Namespace, voice: Voice, *, time: float | None, outputs: Iterable[Path]
+) -> tuple[Scene, list[Diagnostic]]:
+    """Return the scene at a time code, and everything that its picture will not show as the stage says it.
+
+    Args:
+        args: Of a parser that has ``render_arguments``.
+        voice: Tells the diagnostics.
+        time: None: the stage's start, or its default time.
+        outputs: Files to be written.
+
+    Raises:
+        SceneError: The stage cannot be read, or has warnings under ``--strict``.
+        OutputError: An output is one of the stage's own files.
+    """
+    from warp_rt.api import load_scene
+
+    scene = load_scene(args.scene, time=time, default_time=args.default_time, purposes=args.purposes)
+    diagnostics = [*scene.diagnostics, *_complexity_warning(args)]
+    voice.diagnostics(diagnostics)
+    if args.strict:
+        refuse_warnings(args.scene, diagnostics, are_told=voice.terminal.verbosity >= 0)
+    _spare_inputs(scene, outputs)
+    return scene, diagnostics
+
+
+def _complexity_warning(args: argparse.Namespace) -> list[Diagnostic]:
+    if args.complexity == "low":
+        return []
+    message = (
+        f"complexity {args.complexity} is not supported yet: subdivision surfaces are drawn as their control cages"
+    )
+    return [Diagnostic("W520", args.scene, message)]
+
+
+def _spare_inputs(scene: Scene, outputs: Iterable[Path]) -> None:
+    """Refuse to write over a file that the scene was read from, as a default name beside a texture could.
+
+    Raises:
+        OutputError: An output is an input.
+    """
+    inputs = {os.path.realpath(path) for path in (scene.source, *(image.path for image in scene.images)) if path}
+    for output in outputs:
+        if os.path.realpath(output) in inputs:
+            raise OutputError(f"{output}: the scene reads this file; choose another name with -o")
