@@ -103,16 +103,17 @@ def load_file(path: Path) -> ModuleType:
     return module
 
 
-# The test data hold no building and no car of more than some thousand triangles. These three are its most uneven ones:
+# The test data hold no building and no car of more than some thousand triangles. These three are its largest stages and
+# its most uneven ones of any size.
 MESHES: dict[str, Callable[[], TriangleMesh]] = {
     "bunny": bunny,
     "teapot": partial(teapot, 12),
     "ico-82k": partial(noisy_icosphere, 6),
     "ico-1.31M": partial(noisy_icosphere, 8),
-    # Fine shapes between great faces: the longest edges are 400 times the median.
-    "stadium": partial(stage, "warp-lang/nonuniform.usd"),
-    # Characters of skinned meshes: edges of one to ten between the median and the longest hundredth.
+    # Characters of skinned meshes: the longest hundredth of the edges is ten times the median.
     "characters": partial(stage, "arnold-usd/testsuite/test_1352/data/test.usd"),
     # 4,000 instances of shapes and lettering, flattened: slivers, one triangle in a hundred 80 times as long as high.
     "lettering": partial(stage, "arnold-usd/testsuite/test_0237/data/test.usda"),
+    # 1,000 instances of tea sets strewn over a plane, flattened: 2.5 million triangles in few places.
+    "tea-sets": partial(stage, "usd-wg-assets/intent-vfx/scenes/teapotScene.usd"),
 }

@@ -28,7 +28,7 @@ class Rays:
 
 
 def primary_rays(mesh: TriangleMesh, size: int) -> Rays:
-    """Return the eye rays of a square picture that shows the whole mesh, ``size`` pixels a side, tile by tile."""
+    """Return the eye rays of a picture that the mesh just fits into, ``size`` pixels a side, tile by tile."""
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     center, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     eye = center + radius * np.array([1.2, 1.6, 1.4])
@@ -36,8 +36,10 @@ def primary_rays(mesh: TriangleMesh, size: int) -> Rays:
     x = np.cross(z, [0.0, 0.0, 1.0])
     x /= np.linalg.norm(x)
     y = np.cross(x, z)
-    s = (np.arange(size) + 0.5) / size * 2 - 1
-    directions = z + 0.42 * (s[None, :, None] * x - s[:, None, None] * y)
+    seen = (mesh.points - eye) @ np.stack([x, y, z], axis=1)
+    (left, bottom), (right, top) = (f(seen[:, :2] / seen[:, 2:], axis=0) for f in (np.min, np.max))
+    s = (np.arange(size) + 0.5) / size
+    directions = z + (left + s * (right - left))[None, :, None] * x + (top + s * (bottom - top))[:, None, None] * y
     tiles = directions.reshape(size // TILE, TILE, size // TILE, TILE, 3).swapaxes(1, 2)
     directions = _unit(tiles.reshape(-1, 3)).astype(np.float32)
     return Rays(np.broadcast_to(eye.astype(np.float32), directions.shape).copy(), directions)

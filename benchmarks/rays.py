@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,10 +26,11 @@ from warp_rt.warp_setup import init_warp
 from . import results
 from .contenders import CONTENDERS, DEFAULT, Contender
 from .meshes import MESHES, MissingMeshError, TriangleMesh
-from .ray_sets import KINDS, Rays, primary_rays, random_rays, secondary_rays
+from .ray_sets import KINDS, TILE, Rays, primary_rays, random_rays, secondary_rays
 from .timing import significant, time_in_turns
 
 QUERIES = ("closest", "any")
+CLOCKS = {"wall": time.perf_counter, "cpu": time.process_time}
 KEYS = ("mesh", "rays", "query")
 
 
@@ -60,6 +62,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--contenders", nargs="+", choices=CONTENDERS, default=DEFAULT)
     parser.add_argument("--size", type=int, default=512, help="pixels a side of the picture whose rays are traced")
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument(
+        "--clock",
+        choices=CLOCKS,
+        default="wall",
+        help="cpu: seconds of all threads together, which other programs on the machine disturb less",
+    )
     parser.add_argument("--save", action="store_true", help="put the rows into benchmarks/results/rays.json")
     return parser.parse_args(arguments)
 
@@ -71,7 +79,7 @@ def measure(name: str, mesh: TriangleMesh, options: argparse.Namespace) -> list[
     for kind, rays in make_rays(mesh, options.rays, options.size).items():
         for query in options.query:
             row = {"mesh": name, "triangles": len(mesh.triangles), "rays": kind, "query": query}
-            rows.append(row | compare(rays, query, contenders, options.rounds))
+            rows.append(row | compare(rays, query, contenders, options.rounds, options.clock))
             print_row(rows[-1], options.contenders)
     return rows
 
@@ -88,29 +96,36 @@ def build_contenders(mesh: TriangleMesh, names: Sequence[str]) -> dict[str, Cont
 
 
 def make_rays(mesh: TriangleMesh, kinds: Sequence[str], size: int) -> dict[str, Rays]:
-    """Return the rays of each kind: ``size`` squared primary and random ones, the others from hits of primary ones."""
-    primary = primary_rays(mesh, size)
-    accel = warp_rt.build_accel(warp_rt.Scene.from_arrays(mesh.points, mesh.triangles))
-    hits = warp_rt.closest_hit(accel, primary.origins, primary.directions)
+    """Return about ``size`` squared rays of each kind.
+
+    Rays that hits of primary rays send on come from a picture of as many pixels as bring that many hits.
+    """
     sets = {}
-    for kind in kinds:
-        if kind == "primary":
-            sets[kind] = primary
-        elif kind == "random":
-            sets[kind] = random_rays(mesh, size * size)
-        else:
-            sets[kind] = secondary_rays(kind, mesh, primary, hits.t, hits.triangle)
+    if "primary" in kinds:
+        sets["primary"] = primary_rays(mesh, size)
+    kinds_after_hits = [kind for kind in kinds if kind not in ("primary", "random")]
+    if kinds_after_hits:
+        accel = warp_rt.build_accel(warp_rt.Scene.from_arrays(mesh.points, mesh.triangles))
+        picture = primary_rays(mesh, size)
+        hit_share = np.mean(warp_rt.any_hit(accel, picture.origins, picture.directions))
+        picture = primary_rays(mesh, round(size / np.sqrt(max(hit_share, 1 / 16)) / TILE) * TILE)
+        hits = warp_rt.closest_hit(accel, picture.origins, picture.directions)
+        for kind in kinds_after_hits:
+            sets[kind] = secondary_rays(kind, mesh, picture, hits.t, hits.triangle)
+    if "random" in kinds:
+        sets["random"] = random_rays(mesh, size * size)
     return sets
 
 
-def compare(rays: Rays, query: str, contenders: dict[str, Contender], rounds: int) -> results.Row:
+def compare(rays: Rays, query: str, contenders: dict[str, Contender], rounds: int, clock: str = "wall") -> results.Row:
     """Return the seconds of each contender, and in how many rays they find something where the first finds nothing."""
     functions = {name: lambda c=contender: getattr(c, query)(rays) for name, contender in contenders.items()}
-    seconds, found = time_in_turns(functions, rounds)
+    seconds, found = time_in_turns(functions, rounds, CLOCKS[clock])
     hit = {name: np.asarray(f) >= 0 if query == "closest" else np.asarray(f) for name, f in found.items()}
     first = next(iter(hit.values()))
     return {
         "ray_count": len(rays),
+        "clock": clock,
         "seconds": {name: significant(turns) for name, turns in seconds.items()},
         "hit_differences": {name: int((flags != first).sum()) for name, flags in hit.items()},
     }
