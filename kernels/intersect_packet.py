@@ -21,11 +21,13 @@ from .constants import (
     WIDTH,
 )
 from .intersect_triangle import (
+    TriangleHit,
     intersect_moller_trumbore,
     intersect_plane_projection,
     intersect_watertight,
     shear_axes,
     shear_factors,
+    triangle_miss,
 )
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -147,17 +149,16 @@ def intersect_boxes_plain(
     return mask
 
 
-_TRIANGLES = (
-    r"""
+_LEAF_ROWS = r"""
     const float* rows = (const float*)leaves.data + (size_t)leaf * 80;
     const float *row_x = rows + 8 * ray.axes[0], *row_y = rows + 8 * ray.axes[1], *row_z = rows + 8 * ray.axes[2];
     const float origin_x = ray.origin[ray.axes[0]], origin_y = ray.origin[ray.axes[1]];
     const float origin_z = ray.origin[ray.axes[2]];
     const float shear_x = ray.shear[0], shear_y = ray.shear[1], shear_z = ray.shear[2];
     const int* ids = (const int*)rows + 72;
-    int nearest = -1;
-#if defined(__CUDA_ARCH__) || !defined(__clang__)
-    for (int lane = 0; lane < 8; ++lane) {
+"""
+
+_ONE_TRIANGLE = r"""
         const float az = row_z[lane] - origin_z, bz = row_z[24 + lane] - origin_z, cz = row_z[48 + lane] - origin_z;
         const float ax = (row_x[lane] - origin_x) - shear_x * az, ay = (row_y[lane] - origin_y) - shear_y * az;
         const float bx = (row_x[24 + lane] - origin_x) - shear_x * bz;
@@ -168,22 +169,15 @@ _TRIANGLES = (
         const float determinant = edge_u + edge_v + edge_w;
         const bool is_inside = (edge_u >= 0.0f && edge_v >= 0.0f && edge_w >= 0.0f)
             || (edge_u <= 0.0f && edge_v <= 0.0f && edge_w <= 0.0f);
-        if (is_inside && determinant != 0.0f && ids[lane] != ray.skip) {
-            const float t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear_z / determinant);
-            if (t >= 0.0f && t < t_max) {
-                t_max = t;
-                nearest = lane;
-                const float inverse = 1.0f / determinant;
-                tuv.data[0] = t;
-                tuv.data[1] = edge_v * inverse;
-                tuv.data[2] = edge_w * inverse;
-            }
-        }
-    }
-    return nearest;
-#else
+        if (!is_inside || determinant == 0.0f || ids[lane] == ray.skip)
+            continue;
+        const float t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear_z / determinant);
+        if (!(t >= 0.0f && t < t_max))
+            continue;
 """
-    + _VECTOR_TYPES
+
+_EIGHT_TRIANGLES = (
+    _VECTOR_TYPES
     + r"""
     const float8 az = WARP_RT_LOAD(row_z) - origin_z;
     const float8 bz = WARP_RT_LOAD(row_z + 24) - origin_z;
@@ -202,9 +196,33 @@ _TRIANGLES = (
         & (*(const int8_load*)ids != ray.skip);
     // Most packets are missed: the division is paid for by rays that pass through a triangle only.
     if (WARP_RT_MASK(is_inside) == 0)
-        return -1;
+        return WARP_RT_NONE;
     const float8 t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear_z / determinant);
     unsigned int mask = WARP_RT_MASK(is_inside & (t >= 0.0f) & (t < t_max));
+"""
+)
+
+_NEAREST_TRIANGLE = (
+    _LEAF_ROWS
+    + r"""
+    int nearest = -1;
+#if defined(__CUDA_ARCH__) || !defined(__clang__)
+    for (int lane = 0; lane < 8; ++lane) {
+"""
+    + _ONE_TRIANGLE
+    + r"""
+        t_max = t;
+        nearest = lane;
+        const float inverse = 1.0f / determinant;
+        tuv.data[0] = t;
+        tuv.data[1] = edge_v * inverse;
+        tuv.data[2] = edge_w * inverse;
+    }
+    return nearest;
+#else
+"""
+    + _EIGHT_TRIANGLES.replace("WARP_RT_NONE", "-1")
+    + r"""
     for (; mask != 0; mask &= mask - 1) {
         const int lane = __builtin_ctz(mask);
         if (t[lane] < t_max) {
@@ -224,8 +242,30 @@ _TRIANGLES = (
 """
 )
 
+_TRIANGLE_COUNT = (
+    _LEAF_ROWS
+    + r"""
+#if defined(__CUDA_ARCH__) || !defined(__clang__)
+    int count = 0;
+    for (int lane = 0; lane < 8; ++lane) {
+"""
+    + _ONE_TRIANGLE
+    + r"""
+        ++count;
+    }
+    return count;
+#else
+"""
+    + _EIGHT_TRIANGLES.replace("WARP_RT_NONE", "0")
+    + r"""
+    return __builtin_popcount(mask);
+}
+#endif
+"""
+)
 
-@wp.func_native(_TRIANGLES)
+
+@wp.func_native(_NEAREST_TRIANGLE)
 def intersect_triangles(leaves: wp.array[float], leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]) -> int:
     """Return the lane of a leaf packet's triangle that a ray meets first in [0, t_max), or -1.
 
@@ -247,6 +287,29 @@ def packet_triangle(leaves: wp.array[float], leaf: int, lane: int) -> int:
     return wp.cast(leaves[leaf * LEAF_FLOATS + LEAF_IDS + lane], wp.int32)
 
 
+@wp.func_native(_TRIANGLE_COUNT)
+def count_triangles(leaves: wp.array[float], leaf: int, ray: PacketRay, t_max: float) -> int:
+    """Return how many of a leaf packet's triangles a ray meets in [0, t_max), edges and vertices included."""
+    ...
+
+
+@wp.func
+def intersect_packet_triangle(
+    leaves: wp.array[float], leaf: int, lane: int, intersector: int, ray: PacketRay
+) -> TriangleHit:
+    """Return where a ray meets one triangle of a packet, by the scalar test that ``intersector`` names."""
+    if packet_triangle(leaves, leaf, lane) == ray.skip:
+        return triangle_miss()
+    p0 = packet_vertex(leaves, leaf, lane, 0)
+    p1 = packet_vertex(leaves, leaf, lane, 1)
+    p2 = packet_vertex(leaves, leaf, lane, 2)
+    if intersector == MOLLER_TRUMBORE:
+        return intersect_moller_trumbore(ray.origin, ray.direction, p0, p1, p2)
+    if intersector == PLANE_PROJECTION:
+        return intersect_plane_projection(ray.origin, ray.direction, p0, p1, p2)
+    return intersect_watertight(ray.origin, ray.direction, p0, p1, p2)
+
+
 @wp.func
 def intersect_triangles_plain(
     leaves: wp.array[float], leaf: int, intersector: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
@@ -255,22 +318,24 @@ def intersect_triangles_plain(
     nearest = int(-1)
     t_nearest = float(t_max)
     for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
-        p0 = packet_vertex(leaves, leaf, lane, 0)
-        p1 = packet_vertex(leaves, leaf, lane, 1)
-        p2 = packet_vertex(leaves, leaf, lane, 2)
-        if intersector == MOLLER_TRUMBORE:
-            hit = intersect_moller_trumbore(ray.origin, ray.direction, p0, p1, p2)
-        elif intersector == PLANE_PROJECTION:
-            hit = intersect_plane_projection(ray.origin, ray.direction, p0, p1, p2)
-        else:
-            hit = intersect_watertight(ray.origin, ray.direction, p0, p1, p2)
-        if hit.t < t_nearest and packet_triangle(leaves, leaf, lane) != ray.skip:
+        hit = intersect_packet_triangle(leaves, leaf, lane, intersector, ray)
+        if hit.t < t_nearest:
             t_nearest = hit.t
             nearest = lane
             tuv[0] = hit.t
             tuv[1] = hit.u
             tuv[2] = hit.v
     return nearest
+
+
+@wp.func
+def count_triangles_plain(leaves: wp.array[float], leaf: int, intersector: int, ray: PacketRay, t_max: float) -> int:
+    """Return what ``count_triangles`` returns, in plain Warp, by the scalar test that ``intersector`` names."""
+    count = int(0)
+    for lane in range(wp.int32(WIDTH)):
+        if intersect_packet_triangle(leaves, leaf, lane, intersector, ray).t < t_max:
+            count += 1
+    return count
 
 
 @wp.func_native(

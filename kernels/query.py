@@ -7,6 +7,7 @@ The hierarchy comes as an array of one: a struct argument would be copied for ea
 
 import warp as wp
 
+from .bvh_count import count_hits
 from .bvh_structs import AccelData, Stacks, stack_of_thread
 from .bvh_traverse import any_hit, closest_hit
 
@@ -54,3 +55,20 @@ def query_any_hit(
     i = first + thread
     end = t_max[wp.min(i, t_max.shape[0] - 1)]
     blocked_out[i] = any_hit(accels[0], origins[i], directions[i], end, stack_of_thread(stacks, thread))
+
+
+@wp.kernel
+def query_count_hits(
+    accels: wp.array[AccelData],
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    stacks: Stacks,
+    first: int,
+    count_out: wp.array[int],
+):
+    """Write how many triangles ray ``first`` + thread meets; ``t_max`` as for ``query_closest_hit``."""
+    thread = wp.tid()
+    i = first + thread
+    end = t_max[wp.min(i, t_max.shape[0] - 1)]
+    count_out[i] = count_hits(accels[0], origins[i], directions[i], end, stack_of_thread(stacks, thread))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from warp_rt.film import Film
     from warp_rt.image.image import Image
     from warp_rt.options import RenderOptions
-    from warp_rt.queries import Hits, any_hit, closest_hit
+    from warp_rt.queries import Hits, any_hit, closest_hit, count_hits
     from warp_rt.renderer import Renderer
     from warp_rt.scene import Scene
 
@@ -28,7 +28,7 @@ _MODULES = {
     "film": ("Film",),
     "image.image": ("Image",),
     "options": ("RenderOptions",),
-    "queries": ("Hits", "any_hit", "closest_hit"),
+    "queries": ("Hits", "any_hit", "closest_hit", "count_hits"),
     "renderer": ("Renderer",),
     "scene": ("Scene",),
 }

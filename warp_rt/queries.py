@@ -84,6 +84,26 @@ def any_hit(
     return rays.result(out, blocked)
 
 
+def count_hits(
+    accel: Accel,
+    origins: Any,
+    directions: Any,
+    t_max: Any = np.inf,
+    *,
+    threads: int | None = None,
+    out: Any = None,
+) -> Any:
+    """Return how many triangles each ray meets in [0, t_max): int32, shape [n]. Arguments as for ``closest_hit``.
+
+    Out of a closed mesh this is odd, in front of it or behind it even: but a ray through an edge or a vertex meets all
+    triangles that share it, and counts each of them.
+    """
+    rays = _Rays(accel, origins, directions, t_max)
+    count = rays.output(out, "out", wp.int32)
+    _launch(accel, query.query_count_hits, rays, [count], threads)
+    return rays.result(out, count)
+
+
 class _Rays:
     """Validated rays as Warp arrays on the accel's device, and the way back for results."""
 
@@ -102,7 +122,7 @@ class _Rays:
     def output(self, array: Any, name: str, dtype: Any) -> wp.array:
         """Return the array on the device that a kernel writes: the caller's own wherever that is possible."""
         if array is None:
-            return wp.empty(self.count, dtype=dtype, device=self.device)
+            return _empty(self.count, dtype, self.device)
         if self.is_warp:
             return self._checked(name, array, dtype)
         expected = wp.dtype_to_numpy(dtype)
@@ -160,6 +180,17 @@ class _Rays:
             size = "n" if expected is None else str(expected)
             raise OptionError(f"{name}: a Warp array of {dtype.__name__}, shape [{size}], on {self.device} expected")
         return array
+
+
+def _empty(count: int, dtype: Any, device: str) -> wp.array:
+    """Return an array of nothing yet; on the CPU, NumPy's memory.
+
+    It comes in huge pages, and what the last call's results were freed of is used again. Warp's own comes in pages of
+    4 KB that fault one by one: 6 ms for the hits of a million rays, a fifth of what it takes to find them.
+    """
+    if device != "cpu":
+        return wp.empty(count, dtype=dtype, device=device)
+    return wp.array(np.empty(count, wp.dtype_to_numpy(dtype)), dtype=dtype, device=device, copy=False)
 
 
 def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array], threads: int | None) -> None:

@@ -7,6 +7,8 @@ import warp as wp
 
 from warp_rt.kernels.constants import WATERTIGHT
 from warp_rt.kernels.intersect_packet import (
+    count_triangles,
+    count_triangles_plain,
     intersect_boxes,
     intersect_boxes_plain,
     intersect_triangles,
@@ -50,6 +52,21 @@ def compare_triangles(
     ray = make_packet_ray(origins[i], directions[i])
     lanes_out[0, i] = intersect_triangles(leaves, i, ray, t_max[i], tuv_out[0, i])
     lanes_out[1, i] = intersect_triangles_plain(leaves, i, WATERTIGHT, ray, t_max[i], tuv_out[1, i])
+
+
+@wp.kernel
+def compare_counts(
+    leaves: wp.array[float],
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    counts_out: wp.array2d[int],
+    unused_out: wp.array3d[float],
+):
+    i = wp.tid()
+    ray = make_packet_ray(origins[i], directions[i])
+    counts_out[0, i] = count_triangles(leaves, i, ray, t_max[i])
+    counts_out[1, i] = count_triangles_plain(leaves, i, WATERTIGHT, ray, t_max[i])
 
 
 @wp.kernel
@@ -97,13 +114,19 @@ def test_boxes(device: str) -> None:
     np.testing.assert_array_equal(distances[0][lanes], distances[1][lanes])
 
 
-def test_triangles(device: str) -> None:
-    rng = np.random.default_rng(2)
+def random_leaves(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return leaf packets, all lanes with index 0, and which lanes are empty."""
     leaves = np.zeros((COUNT, 80))
     center = rng.uniform(-1.5, 1.5, (COUNT, 1, 3, 8))
     leaves[:, :72] = (center + rng.normal(size=(COUNT, 3, 3, 8))).reshape(COUNT, 72)
     empty = np.arange(8) >= rng.integers(1, 9, (COUNT, 1))
     leaves[:, :72] = np.where(np.repeat(empty[:, None], 9, axis=1).reshape(COUNT, 72), np.nan, leaves[:, :72])
+    return leaves, empty
+
+
+def test_triangles(device: str) -> None:
+    rng = np.random.default_rng(2)
+    leaves, empty = random_leaves(rng)
     lanes, tuv = launch(compare_triangles, leaves, random_rays(rng), 4, device)
     np.testing.assert_array_equal(lanes[0], lanes[1])
     np.testing.assert_array_equal(tuv[0], tuv[1])
@@ -111,6 +134,18 @@ def test_triangles(device: str) -> None:
     assert 0.1 < hit.mean() < 0.9
     assert not empty[np.flatnonzero(hit), lanes[0][hit]].any()
     assert (lanes[0][:10] == -1).all()  # NaN origins and zero directions
+
+
+def test_counts(device: str) -> None:
+    rng = np.random.default_rng(3)
+    leaves, empty = random_leaves(rng)
+    rays = random_rays(rng)
+    counts, _ = launch(compare_counts, leaves, rays, 4, device)
+    np.testing.assert_array_equal(counts[0], counts[1])
+    lanes, _ = launch(compare_triangles, leaves, rays, 4, device)
+    np.testing.assert_array_equal(counts[0] > 0, lanes[0] >= 0)
+    assert len(np.unique(counts)) > 4
+    assert (counts[0] <= (~empty).sum(axis=1)).all()
 
 
 def test_lowest_bit(device: str) -> None:
