@@ -300,7 +300,7 @@ def test_unsupported_geometry_is_named_once_where_it_would_be_drawn(kind: str) -
     assert [(record.code, record.prim) for record in scene.diagnostics] == [("W130", "/g"), ("N905", "tmp.usda")]
 
 
-def test_skinned_meshes_are_drawn_in_their_rest_pose_and_named() -> None:
+def test_joints_without_a_skeleton_leave_the_rest_pose_and_are_named() -> None:
     scene = load(
         f"""
         def SkelRoot "root" {{

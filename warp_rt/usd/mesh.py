@@ -14,6 +14,7 @@ from warp_rt.scene import Mesh, Primvar
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Layout, lay_out, read_primvar, read_primvars
+from warp_rt.usd.skinning import Skin
 from warp_rt.usd.subsets import read_face_slots
 from warp_rt.usd.triangulate import triangulate
 
@@ -22,6 +23,7 @@ BAD_INDEX = "W102"
 BAD_POINT = "W103"
 BAD_TOPOLOGY = "W104"
 BAD_HOLE = "W113"
+BAD_INFLUENCES = "W131"
 INVALID_VALUE = "W114"
 EMPTY = "N910"
 
@@ -60,8 +62,10 @@ class Polygons:
         return Polygons(self.faces[chosen], self.starts[chosen], self.counts[chosen], self.indices)
 
 
-def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> MeshSource | None:
+def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin | None = None) -> MeshSource | None:
     """Return the triangles of a mesh prim; None, with a diagnostic, where there is nothing to draw.
+
+    ``skin`` deforms its points and normals.
 
     A mesh with a smooth subdivision scheme is its control cage with smooth normals, as usdrecord draws it at
     complexity low; normals authored on it do not count (UsdGeomMesh, "Subdivision").
@@ -72,6 +76,13 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> MeshSource 
     if not len(points) or not len(counts):
         report.warn(EMPTY, path, "mesh without points or faces")
         return None
+    if skin is not None:
+        posed = skin.points(points)
+        if posed is None:
+            report.warn(BAD_INFLUENCES, path, "joint influences do not fit the points: drawn in its rest pose")
+            skin = None
+        else:
+            points = posed
     is_usable = np.isfinite(points).all(axis=1) & (np.abs(points) <= MAX_COORDINATE).all(axis=1)
     polygons = drawable_polygons(is_usable, counts, indices, str(path), report)
     points = np.where(is_usable[:, None], points, np.float32(0))
@@ -99,6 +110,8 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> MeshSource 
         normals: Primvar | None = Primvar(-smooth if is_left_handed else smooth, layout.triangles)
     else:
         normals = None if scheme == "bilinear" else _read_normals(schema, layout, time, report)
+        if normals is not None and skin is not None:
+            normals = _pose_normals(normals, layout, skin)
     slots, subsets = read_face_slots(prim, len(counts), time, report)
     mesh = Mesh(
         points=points,
@@ -272,6 +285,20 @@ def _read_normals(schema: UsdGeom.Mesh, layout: Layout, time: Usd.TimeCode, repo
             values = np.where(is_finite[:, None], values, np.float32(0))
         normals = lay_out(values, None, str(schema.GetNormalsInterpolation()), layout, path, "normals", report)
     return normals
+
+
+def _pose_normals(normals: Primvar, layout: Layout, skin: Skin) -> Primvar | None:
+    """Return normals deformed by a skin; where they are the faces' own, None, for the faces turn with their points."""
+    if normals.indices is None:
+        return None
+    if len(normals.values) == layout.point_count and np.array_equal(normals.indices, layout.triangles):
+        vertices = np.arange(layout.point_count)
+        return Primvar(skin.normals(normals.values, vertices, layout.point_count), normals.indices)
+    # A value that several corners share may be turned by other joints at each of them.
+    corners = skin.normals(
+        normals.values[normals.indices].reshape(-1, 3), layout.triangles.reshape(-1), layout.point_count
+    )
+    return Primvar(corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3))
 
 
 def _holds_for_all(holds: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:

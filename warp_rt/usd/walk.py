@@ -9,6 +9,7 @@ as long.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from warp_rt.usd.mesh import INVALID_VALUE, MeshSource, read_mesh
 from warp_rt.usd.placement import MAX_INSTANCES, Group, GroupBuilder, PlacedPrim, Values
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, is_regular, read_point_instances
 from warp_rt.usd.primvars import inherited_constants, read_constants
+from warp_rt.usd.skinning import Skin, SkinReader
 from warp_rt.usd.stage import error_text
 
 BAD_TRANSFORM = "W105"
@@ -47,6 +49,8 @@ _IDENTITY = Gf.Matrix4d(1)
 # A prototype may be a class or stand below an over, neither of which is drawn by itself.
 _SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier)
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
+# Relationships that hold for all prims below.
+_HANDED_DOWN = ("material:binding", "skel:skeleton", "skel:animationSource")
 _PURPOSES = ("default", "render", "proxy", "guide")
 _RENDER_TYPES = ("RenderSettings", "RenderPass")
 # What applied schemas would change, and what happens instead.
@@ -135,6 +139,7 @@ class StageWalk:
         self._report = report
         self._limits = limits or Limits()
         self._transforms = UsdGeom.XformCache(time)
+        self._skins = SkinReader(time)
         self._mesh_primvars: list[frozenset[str]] = []
         self._prim_rows: dict[str, int] = {}
         self._sources: dict[Sdf.Path, tuple[int, MeshSource] | None] = {}
@@ -208,6 +213,8 @@ class StageWalk:
             is_skinned=above.is_skinned or kind == "SkelRoot",
             draw_mode=self._draw_mode(prim, above) if prim.IsModel() else above.draw_mode,
         )
+        if kind == "SkelRoot" and not above.is_skinned:
+            self._skins.enter(prim, here.predicate)
         self._read_schemas(prim)
         is_shown = (purpose or UsdGeom.Tokens.default_) in self._purposes
         if is_light(prim):
@@ -245,13 +252,13 @@ class StageWalk:
     # --- geometry
 
     def _add_mesh(self, prim: Usd.Prim, context: Context, builder: GroupBuilder) -> None:
-        shared = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        skin = self._read_skin(prim) if context.is_skinned else None
+        # Instances of a mesh share it, but each skeleton makes another one of it.
+        shared = prim.GetPrimInPrototype() if prim.IsInstanceProxy() and skin is None else prim
         key = shared.GetPath()
         if key not in self._sources:
-            source = read_mesh(prim, self._time, self._report)
+            source = read_mesh(prim, self._time, self._report, skin)
             self._sources[key] = None if source is None else (self._add(source.mesh), source)
-            if source is not None and context.is_skinned and _has_joints(prim):
-                self._report.warn(REST_POSE, prim.GetPath(), "skinning is not supported yet: drawn in its rest pose")
         known = self._sources[key]
         if known is None:
             return
@@ -260,7 +267,13 @@ class StageWalk:
         materials = tuple(self._materials.bind(part) for part in bound)
         own = source.mesh.primvars
         values = {name: value for name, value in context.constants.items() if name not in own}
-        self._place(row, prim, context, materials, values, builder)
+        self._place(row, prim, _posed(context, skin), materials, values, builder)
+
+    def _read_skin(self, prim: Usd.Prim) -> Skin | None:
+        skin = self._skins.read(prim)
+        if skin is None and _has_joints(prim):
+            self._report.warn(REST_POSE, prim.GetPath(), "no skeleton moves its joints: drawn in its rest pose")
+        return skin
 
     def _add_shape(self, prim: Usd.Prim, context: Context, builder: GroupBuilder) -> None:
         shape = implicit.read_shape(prim, self._time, self._report)
@@ -269,7 +282,8 @@ class StageWalk:
         if shape.key not in self._shapes:
             self._shapes[shape.key] = self._add(implicit.make_shape(shape.key))
         values = {**context.constants, **read_constants(prim, self._time, self._report)}
-        sized = replace(context, matrix=context.matrix @ shape.local_from_unit)
+        posed = _posed(context, self._read_skin(prim) if context.is_skinned else None)
+        sized = replace(posed, matrix=posed.matrix @ shape.local_from_unit)
         self._place(self._shapes[shape.key], prim, sized, (self._materials.bind(prim),), values, builder)
 
     def _add(self, mesh: Mesh) -> int:
@@ -302,7 +316,9 @@ class StageWalk:
         hand down is the same: the purpose and the materials. (Primvars they hand down are kept apart by copy.)
         """
         bindings = self._handed_down_bindings(prim)
-        key = (prim.GetPrototype().GetPath(), context.purpose, context.is_skinned, bindings)
+        # Below a SkelRoot each instance has a pose of its own.
+        pose = prim.GetPath() if context.is_skinned else None
+        key = (prim.GetPrototype().GetPath(), context.purpose, pose, bindings)
         group = self._groups.get(key)
         if group is None:
             world_from_group = context.world_from_group @ context.matrix
@@ -375,16 +391,17 @@ class StageWalk:
         return group
 
     def _handed_down_bindings(self, prim: Usd.Prim) -> tuple[object, ...]:
-        """Return what the material bindings on a prim and above it say, so that equal ones compare equal."""
+        """Return what material and skeleton bindings on a prim and above it say, so that equal ones compare equal."""
         chain = []
         while prim and not prim.IsPseudoRoot() and prim.GetPath() not in self._bindings:
             chain.append(prim)
             prim = prim.GetParent()
         said = self._bindings[prim.GetPath()] if prim and not prim.IsPseudoRoot() else ()
         for prim in reversed(chain):
-            for relationship in prim.GetAuthoredPropertiesInNamespace("material"):
+            authored = (prim.GetAuthoredPropertiesInNamespace(name) for name in ("material", "skel"))
+            for relationship in itertools.chain.from_iterable(authored):
                 name = relationship.GetName()
-                if not name.startswith("material:binding") or not isinstance(relationship, Usd.Relationship):
+                if not name.startswith(_HANDED_DOWN) or not isinstance(relationship, Usd.Relationship):
                     continue
                 strength = relationship.GetMetadata("bindMaterialAs")
                 said = (*said, (name, tuple(relationship.GetForwardedTargets()), strength))
@@ -471,6 +488,13 @@ class StageWalk:
                 found[str(taxonomy)] = tuple(str(label) for label in labels)
         if found:
             self.labels[str(prim.GetPath())] = found
+
+
+def _posed(context: Context, skin: Skin | None) -> Context:
+    """Return the context of a prim that joints may move as a whole."""
+    if skin is None or not skin.is_rigid:
+        return context
+    return replace(context, matrix=context.matrix @ skin.local_from_rest())
 
 
 def _has_joints(prim: Usd.Prim) -> bool:

@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Skeletons and blend shapes against closed forms, and against the points and normals that USD itself bakes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+
+from warp_rt.scene import Scene
+from warp_rt.usd.load import load_stage
+
+from ..data import find_test_data
+
+# An arm along x: a shoulder at the origin and an elbow at x = 1, which the animation bends by 90 degrees about z.
+# The skeleton stands at y = 5 and the mesh at z = 3, so that neither space is the world's.
+ARM = """
+def SkelRoot "root" {{
+    def Skeleton "skeleton" (prepend apiSchemas = ["SkelBindingAPI"]) {{
+        uniform token[] joints = ["shoulder", "shoulder/elbow"]
+        uniform matrix4d[] bindTransforms = [
+            ((1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1)), ((1,0,0,0), (0,1,0,0), (0,0,1,0), (1,0,0,1))]
+        uniform matrix4d[] restTransforms = [
+            ((1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1)), ((1,0,0,0), (0,1,0,0), (0,0,1,0), (1,0,0,1))]
+        rel skel:animationSource = </root/bent>
+        double3 xformOp:translate = (0, 5, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+    def SkelAnimation "bent" {{
+        uniform token[] joints = ["shoulder/elbow"]
+        quatf[] rotations = [(0.70710678, 0, 0, 0.70710678)]
+        float3[] translations = [(1, 0, 0)]
+        half3[] scales = [(1, 1, 1)]
+        uniform token[] blendShapes = ["lift", "grow"]
+        float[] blendShapeWeights = [{lift}, 0]
+    }}
+    {prim}
+}}
+"""
+QUAD = """
+    point3f[] points = [(0, 0, 0), (2, 0, 0), (2, 0, 1), (0, 0, 1)]
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    uniform token subdivisionScheme = "none"
+"""
+BOUND = 'prepend apiSchemas = ["SkelBindingAPI"]'
+JOINTS = """
+    rel skel:skeleton = </root/skeleton>
+    int[] primvars:skel:jointIndices = [0, 1, 1, 0] (elementSize = 1
+        interpolation = "vertex")
+    float[] primvars:skel:jointWeights = [1, 1, 1, 1] (elementSize = 1
+        interpolation = "vertex")
+    matrix4d primvars:skel:geomBindTransform = ((1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1))
+"""
+SHAPES = """
+    rel skel:skeleton = </root/skeleton>
+    uniform token[] skel:blendShapes = ["lift"]
+    rel skel:blendShapeTargets = </root/m/lift>
+    def BlendShape "lift" {
+        uniform int[] pointIndices = [1, 2]
+        uniform vector3f[] offsets = [(0, 4, 0), (0, 4, 0)]
+        uniform vector3f[] normalOffsets = [(3, 0, 0), (3, 0, 0)]
+        uniform vector3f[] inbetweens:half = [(0, 1, 0), (0, 1, 0)] (weight = 0.5)
+        uniform vector3f[] inbetweens:half:normalOffsets = [(1, 0, 0), (1, 0, 0)]
+    }
+"""
+
+
+def stage_of(prim: str, lift: float = 0.0) -> Usd.Stage:
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString("#usda 1.0\n" + ARM.format(prim=prim, lift=lift))
+    return stage
+
+
+def world_points(scene: Scene, row: int = 0) -> np.ndarray:
+    matrix = scene.instances.world_from_local[row]
+    return scene.meshes[scene.instances.mesh[row]].points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def test_points_turn_about_their_joint() -> None:
+    place = 'double3 xformOp:translate = (0, 0, 3)\nuniform token[] xformOpOrder = ["xformOp:translate"]'
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS} {place}\n}}'))
+    # The far side turns about (1, 0) in the skeleton's space, wherever the mesh itself stands.
+    expected = [(0, 5, 0), (1, 6, 0), (1, 6, 1), (0, 5, 1)]
+    np.testing.assert_allclose(world_points(scene), expected, atol=1e-6)
+    assert [record.code for record in scene.diagnostics if record.code == "W131"] == []
+
+
+@pytest.mark.parametrize("interpolation", ["vertex", "faceVarying"])
+def test_normals_turn_with_their_joint(interpolation: str) -> None:
+    normals = f'normal3f[] normals = [(0,1,0), (0,1,0), (0,1,0), (0,1,0)] (interpolation = "{interpolation}")'
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS} {normals}\n}}'))
+    mesh = scene.meshes[0]
+    found = mesh.normals.values[mesh.normals.indices]
+    expected = np.array([(0, 1, 0), (-1, 0, 0), (-1, 0, 0), (0, 1, 0)])[mesh.triangles]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(("weight", "height", "tilt"), [(0.0, 0, 0), (0.25, 0.5, 0.5), (0.5, 1, 1), (1.0, 4, 3)])
+def test_blend_shapes_go_by_way_of_their_in_betweens(weight: float, height: float, tilt: float) -> None:
+    """Linear from the rest pose to the in-between at 0.5, and from there to the shape: UsdSkelBlendShape."""
+    normals = 'normal3f[] normals = [(0,1,0), (0,1,0), (0,1,0), (0,1,0)] (interpolation = "vertex")'
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {SHAPES} {normals}\n}}', lift=weight))
+    np.testing.assert_allclose(world_points(scene)[:, 1], [0, height, height, 0], atol=1e-6)
+    np.testing.assert_allclose(scene.meshes[0].normals.values[1] * 1.0, (tilt, 1, 0), atol=1e-6)
+
+
+def test_a_prim_with_constant_influences_moves_as_a_whole() -> None:
+    joints = JOINTS.replace("[0, 1, 1, 0]", "[1]").replace("[1, 1, 1, 1]", "[1]").replace('"vertex"', '"constant"')
+    for prim in (f'def Mesh "m" ({BOUND}) {{ {QUAD} {joints}\n}}', f'def Cube "m" ({BOUND}) {{ {joints}\n}}'):
+        matrix = load_stage(stage_of(prim)).instances.world_from_local[0]
+        image = matrix[:3, :3] @ (2, 0, 0) + matrix[:3, 3]
+        scale = 1 if "Mesh" in prim else np.linalg.norm(matrix[:3, 0])  # a unit cube is scaled to its size
+        expected = (1, 5 + 2 * scale - 1, 0)
+        np.testing.assert_allclose(image, expected, atol=1e-6)
+
+
+def test_instances_have_their_own_pose() -> None:
+    """The animation is inherited from above the instance, so that one prototype stands in two poses."""
+    source = stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS}\n}}')
+    stage = Usd.Stage.CreateInMemory()
+    assert Sdf.CopySpec(source.GetRootLayer(), "/root", stage.GetRootLayer(), "/shared")
+    assert Sdf.CopySpec(source.GetRootLayer(), "/root/bent", stage.GetRootLayer(), "/bent")
+    shared = stage.GetPrimAtPath("/shared")
+    shared.SetSpecifier(Sdf.SpecifierClass)
+    shared.GetChild("skeleton").RemoveProperty("skel:animationSource")
+    for name in ("straight", "curved"):
+        prim = stage.DefinePrim(f"/{name}")
+        prim.GetReferences().AddInternalReference("/shared")
+        prim.SetInstanceable(True)
+    binding = UsdSkel.BindingAPI.Apply(stage.GetPrimAtPath("/curved"))
+    binding.CreateAnimationSourceRel().SetTargets(["/bent"])
+    scene = load_stage(stage)
+    ends = {scene.prims[scene.instances.prim[row]]: world_points(scene, row)[1] for row in range(2)}
+    np.testing.assert_allclose(ends["/straight/m"], (2, 5, 0), atol=1e-6)
+    np.testing.assert_allclose(ends["/curved/m"], (1, 6, 0), atol=1e-6)
+
+
+def test_influences_that_do_not_fit_are_told() -> None:
+    broken = JOINTS.replace("[0, 1, 1, 0]", "[0, 1, 7, 0]")
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {broken}\n}}'))
+    assert ("W131", "/root/m") in [(record.code, record.prim) for record in scene.diagnostics]
+    np.testing.assert_allclose(world_points(scene)[1], (2, 0, 0), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["lbs.usda", "dqs.usda", "blendshapes.usda", "blendshapesWithNormals.usda"])
+@pytest.mark.parametrize("time", [5.0, 11.0])
+def test_real_rigs_are_what_usd_bakes(name: str, time: float) -> None:
+    corpora = find_test_data("corpora")
+    if corpora is None:
+        pytest.skip("WARP_RT_TEST_DATA: no corpora")
+    path = corpora / "OpenUSD/pxr/usd/usdSkel/testenv/testUsdSkelBakeSkinning" / name
+    scene = load_stage(Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(path))), time=time)
+    baked = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(path)))
+    for prim in baked.Traverse():
+        if prim.IsA(UsdSkel.Root):
+            assert UsdSkel.BakeSkinning(UsdSkel.Root(prim), Gf.Interval(time, time))
+    expected = load_stage(baked, time=time)
+    assert len(scene.instances.prim) == len(expected.instances.prim) > 0
+    for row, other in enumerate(expected.instances.prim):
+        assert scene.prims[scene.instances.prim[row]] == expected.prims[other]
+        np.testing.assert_allclose(world_points(scene, row), world_points(expected, row), atol=2e-5)
+        found, wanted = (s.meshes[s.instances.mesh[row]].normals for s in (scene, expected))
+        assert (found is None) == (wanted is None)
+        if found is not None:
+            found, wanted = (_unit(normals.values[normals.indices]) for normals in (found, wanted))
+            np.testing.assert_allclose(found, wanted, atol=2e-4)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def test_the_stage_is_left_as_it_was() -> None:
+    stage = stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS}\n}}')
+    before = stage.GetRootLayer().ExportToString()
+    load_stage(stage)
+    assert stage.GetRootLayer().ExportToString() == before
+    assert tuple(UsdGeom.Mesh(stage.GetPrimAtPath("/root/m")).GetPointsAttr().Get()[1]) == (2, 0, 0)

@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""UsdSkel: what skeletons and blend shapes make of the prims that are bound to them.
+
+USD's own BakeSkinning would write into the user's stage; the queries used here do not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+
+from warp_rt.usd.arrays import integers, vector_rows
+
+
+@dataclass(frozen=True)
+class SubShape:
+    """A blend shape or one of its in-betweens, with the weight that it has at a time."""
+
+    weight: float
+    rows: np.ndarray | None
+    """int64, shape [k], the points that it moves; None: point i by offset i."""
+    offsets: np.ndarray
+    """float32, shape [k, 3], local space."""
+    normal_offsets: np.ndarray | None
+    """float32, shape [k, 3]."""
+
+
+@dataclass(frozen=True)
+class Skin:
+    """How a prim is deformed at one time: by blend shapes first, then by joints."""
+
+    time: Usd.TimeCode
+    query: UsdSkel.SkinningQuery
+    shapes: tuple[SubShape, ...]
+    joints: Vt.Matrix4dArray | None
+    """Skinning transforms of the skeleton's joints, in its space; None: no joint moves the prim."""
+    local_from_skeleton: Gf.Matrix4d
+    """For row vectors, as all of USD's matrices are."""
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the joints move the prim as a whole: its transform changes instead of its points."""
+        return self.joints is not None and self.query.IsRigidlyDeformed()
+
+    def local_from_rest(self) -> np.ndarray:
+        """Return what happens to a rigid prim: float64, shape [4, 4], for column vectors."""
+        return np.array(self.query.ComputeSkinnedTransform(self.joints, self.time) * self.local_from_skeleton).T
+
+    def points(self, rest: np.ndarray) -> np.ndarray | None:
+        """Return the deformed points of rest points, both float32, shape [n, 3]; None if the influences do not fit."""
+        points = rest + _sum_of_offsets(len(rest), [(s.weight, s.rows, s.offsets) for s in self.shapes])
+        points = np.ascontiguousarray(points, np.float32)
+        if self.joints is None or self.is_rigid:
+            return points
+        skinned = Vt.Vec3fArray.FromNumpy(points)
+        if not self.query.ComputeSkinnedPoints(self.joints, skinned, self.time):
+            return None
+        matrix = np.array(self.local_from_skeleton)
+        return (np.array(skinned, np.float64) @ matrix[:3, :3] + matrix[3, :3]).astype(np.float32)
+
+    def normals(self, rest: np.ndarray, vertices: np.ndarray, point_count: int) -> np.ndarray:
+        """Return deformed normals of any length: float32, shape [m, 3].
+
+        Args:
+            rest: Normals of the rest pose, shape [m, 3].
+            vertices: The point that each belongs to, shape [m].
+            point_count: Of the prim.
+        """
+        moves = [(s.weight, s.rows, s.normal_offsets) for s in self.shapes if s.normal_offsets is not None]
+        normals = np.ascontiguousarray(rest + _sum_of_offsets(point_count, moves)[vertices], np.float32)
+        if self.joints is None or self.is_rigid:
+            return normals
+        count = self.query.GetNumInfluencesPerComponent()
+        indices, weights = self.query.ComputeVaryingJointInfluences(point_count, self.time)
+        skinned = Vt.Vec3fArray.FromNumpy(normals)
+        UsdSkel.SkinNormals(
+            self.query.GetSkinningMethod(),
+            _normal_matrix(self.query.GetGeomBindTransform(self.time)),
+            Vt.Matrix3dArray([_normal_matrix(matrix) for matrix in self._own_joints()]),
+            Vt.IntArray.FromNumpy(np.array(indices).reshape(-1, count)[vertices].reshape(-1)),
+            Vt.FloatArray.FromNumpy(np.array(weights).reshape(-1, count)[vertices].reshape(-1)),
+            count,
+            skinned,
+        )
+        return (np.array(skinned, np.float64) @ np.array(_normal_matrix(self.local_from_skeleton))).astype(np.float32)
+
+    def _own_joints(self) -> Vt.Matrix4dArray:
+        """Return the transforms of the joints that the prim names, in its order; USD does so itself for points."""
+        mapper = self.query.GetJointMapper()
+        if not mapper:
+            return self.joints
+        return mapper.RemapTransforms(self.joints, Vt.Matrix4dArray(len(self.query.GetJointOrder())))
+
+
+class SkinReader:
+    """Finds the skins of the prims below SkelRoots.
+
+    Args:
+        time: When they are computed.
+    """
+
+    def __init__(self, time: Usd.TimeCode) -> None:
+        self._time = time
+        self._cache = UsdSkel.Cache()
+        self._transforms = UsdGeom.XformCache(time)
+        self._skins: dict[Sdf.Path, tuple[UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery]] = {}
+
+    def enter(self, prim: Usd.Prim, predicate: object) -> None:
+        """Read the bindings below a SkelRoot that is in no other one."""
+        root = UsdSkel.Root(prim)
+        self._cache.Populate(root, predicate)
+        for binding in self._cache.ComputeSkelBindings(root, predicate):
+            skeleton = self._cache.GetSkelQuery(binding.GetSkeleton())
+            if skeleton:
+                self._skins |= {query.GetPrim().GetPath(): (skeleton, query) for query in binding.GetSkinningTargets()}
+
+    def read(self, prim: Usd.Prim) -> Skin | None:
+        """Return how a prim is deformed; None: not at all."""
+        found = self._skins.get(prim.GetPath())
+        if found is None:
+            return None
+        skeleton, query = found
+        joints = None
+        if query.HasJointInfluences():
+            joints = skeleton.ComputeSkinningTransforms(self._time)
+        shapes = self._read_shapes(prim, skeleton, query) if query.HasBlendShapes() else ()
+        if joints is None and not shapes:
+            return None
+        to_world = self._transforms.GetLocalToWorldTransform
+        local_from_skeleton = to_world(skeleton.GetPrim()) * to_world(prim).GetInverse()
+        return Skin(self._time, query, shapes, joints, local_from_skeleton)
+
+    def _read_shapes(
+        self, prim: Usd.Prim, skeleton: UsdSkel.SkeletonQuery, query: UsdSkel.SkinningQuery
+    ) -> tuple[SubShape, ...]:
+        animation = skeleton.GetAnimQuery()
+        weights = animation.ComputeBlendShapeWeights(self._time) if animation else None
+        if weights is None:
+            return ()
+        mapper = query.GetBlendShapeMapper()
+        if mapper:
+            weights = mapper.Remap(weights, Vt.FloatArray(len(query.GetBlendShapeOrder())))
+        blending = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
+        parts = blending.ComputeSubShapeWeights(weights)
+        if not parts:
+            return ()
+        shapes = []
+        for weight, row, sub_shape in zip(*parts, strict=True):
+            shape, between = blending.GetBlendShape(int(row)), blending.GetInbetween(int(sub_shape))
+            offsets = vector_rows(between.GetOffsets() if between else shape.GetOffsetsAttr().Get(), 3)
+            normals = vector_rows(between.GetNormalOffsets() if between else shape.GetNormalOffsetsAttr().Get(), 3)
+            rows = integers(shape.GetPointIndicesAttr().Get())
+            if offsets is not None:
+                shapes.append(
+                    SubShape(float(weight), rows if rows is not None and len(rows) else None, offsets, normals)
+                )
+        return tuple(shapes)
+
+
+def _sum_of_offsets(count: int, moves: list[tuple[float, np.ndarray | None, np.ndarray]]) -> np.ndarray:
+    """Return the weighted sum of offsets for each of ``count`` points; those of points that are not there are lost."""
+    total = np.zeros((count, 3))
+    for weight, rows, offsets in moves:
+        rows = np.arange(len(offsets)) if rows is None else rows
+        shared = min(len(rows), len(offsets))
+        inside = (rows[:shared] >= 0) & (rows[:shared] < count)
+        np.add.at(total, rows[:shared][inside], weight * offsets[:shared][inside].astype(np.float64))
+    return total
+
+
+def _normal_matrix(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
+    return matrix.ExtractRotationMatrix().GetInverse().GetTranspose()
