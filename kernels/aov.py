@@ -5,7 +5,7 @@
 import warp as wp
 
 from .structs import FilmData, SceneData
-from .surface import NORMALS_SLOT, Surface, eval_primvar
+from .surface import NORMALS_SLOT, Surface, element_of, eval_primvar
 
 AOV_DEPTH = wp.constant(1)
 AOV_DISTANCE = wp.constant(2)
@@ -68,8 +68,4 @@ def write_aovs(
     if (mask & AOV_INSTANCE) != 0:
         film.instance[row, column] = scene.instances[surface.instance].id
     if (mask & AOV_ELEMENT) != 0:
-        face_offset = scene.meshes[surface.mesh].face_offset
-        element = surface.triangle
-        if face_offset >= 0:
-            element = scene.face_ids[face_offset + surface.triangle]
-        film.element[row, column] = element
+        film.element[row, column] = element_of(scene, surface)

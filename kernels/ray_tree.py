@@ -12,10 +12,11 @@ import warp as wp
 from .aov import FirstHit, write_aovs
 from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit_from
-from .camera import eye_direction, eye_origin
+from .camera import make_eye_ray
 from .constants import PASS_LIMIT
 from .environment import environment
 from .material import Shading, eval_material
+from .observer import Observer, Unobserved, observed
 from .ray_counts import (
     DROPPED_BY_DEPTH,
     PASSED,
@@ -26,10 +27,19 @@ from .ray_counts import (
     count_reflection,
     count_refraction,
 )
-from .sampling import sample_position
 from .shading import local_illumination
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface, make_surface, spawn_origin
+from .tree_hooks import tell_background, tell_child, tell_eye, tell_local, tell_push, tell_ray, tell_surface
+from .tree_record import (
+    PASSAGE,
+    REFLECTION,
+    REFRACTION,
+    STOPPED_BY_DEPTH,
+    STOPPED_BY_PASSES,
+    STOPPED_BY_THRESHOLD,
+    TOTALLY_REFLECTED,
+)
 from .vector import max_component, reflect, refract, refraction_discriminant
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -45,8 +55,15 @@ def task_capacity(depth: int, pass_limit: int) -> int:
     return 2 * (depth + pass_limit) + 1
 
 
-@wp.func
-def is_kept(coefficient: wp.vec3, task: wp.ref[RayTask], frame: wp.ref[FrameData], counts: wp.array[wp.int64]) -> bool:
+@observed
+def is_kept(
+    kind: int,
+    coefficient: wp.vec3,
+    task: wp.ref[RayTask],
+    frame: wp.ref[FrameData],
+    counts: wp.array[wp.int64],
+    observer: Observer,
+) -> bool:
     """Return whether a child with this coefficient is traced; count it as dropped by what stops it first.
 
     Reference: Hall and Greenberg (1983), A Testbed for Realistic Image Synthesis, IEEE CG&A 3(8), adaptive tree depth.
@@ -56,9 +73,11 @@ def is_kept(coefficient: wp.vec3, task: wp.ref[RayTask], frame: wp.ref[FrameData
         return False
     if task.weight * largest < frame.threshold:
         count_dropped_by_threshold(counts, task.depth)
+        tell_child(observer, kind, STOPPED_BY_THRESHOLD)
         return False
     if task.depth >= frame.depth:
         count(counts, DROPPED_BY_DEPTH)
+        tell_child(observer, kind, STOPPED_BY_DEPTH)
         return False
     return True
 
@@ -117,7 +136,7 @@ def child_task(
     return child
 
 
-@wp.func
+@observed
 def push_children(
     scene: wp.ref[SceneData],
     tasks: wp.array[RayTask],
@@ -127,6 +146,7 @@ def push_children(
     shading: wp.ref[Shading],
     frame: wp.ref[FrameData],
     counts: wp.array[wp.int64],
+    observer: Observer,
 ) -> int:
     """Push the refraction and the reflection ray of a node; return the new top of the stack.
 
@@ -138,25 +158,28 @@ def push_children(
         cos_in = wp.dot(shading.n, shading.wo)
         if refraction_discriminant(cos_in, shading.eta) < 0.0:
             count(counts, TOTAL_INTERNAL_REFLECTION)
+            tell_child(observer, REFRACTION, TOTALLY_REFLECTED)
             kr = kr + kt
-        elif is_kept(kt, task, frame, counts):
+        elif is_kept(REFRACTION, kt, task, frame, counts, observer):
             direction = task.direction
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
             leaked = leak(scene, surface, shading, task.leaked, direction, True)
             tasks[top] = child_task(scene, task, surface, direction, kt, leaked)
+            tell_push(observer, top, REFRACTION)
             top += 1
             count_refraction(counts, task.depth + 1)
-    if is_kept(kr, task, frame, counts):
+    if is_kept(REFLECTION, kr, task, frame, counts, observer):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
         leaked = leak(scene, surface, shading, task.leaked, mirrored, False)
         tasks[top] = child_task(scene, task, surface, mirrored, kr, leaked)
+        tell_push(observer, top, REFLECTION)
         top += 1
         count_reflection(counts, task.depth + 1)
     return top
 
 
-@wp.func
+@observed
 def trace_tree(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -169,6 +192,7 @@ def trace_tree(
     stack: wp.ref[Stack],
     counts: wp.array[wp.int64],
     first: wp.ref[FirstHit],
+    observer: Observer,
 ) -> wp.vec4:
     """Return the radiance and alpha that an eye ray brings back.
 
@@ -184,6 +208,7 @@ def trace_tree(
         stack: Scratch of the traversal.
         counts: Counter row.
         first: Where what the ray meets first is written, or that it meets nothing.
+        observer: Who is told of every node, light and shadow.
     """
     first.instance = -1
     first.distance = wp.inf
@@ -198,6 +223,7 @@ def trace_tree(
     eye.from_instance = -1
     eye.leaked = -1
     tasks[0] = eye
+    tell_eye(observer)
     count(counts, PRIMARY)
     travelled = float(0.0)  # by the eye ray, over what it passed straight through
     top = int(1)
@@ -206,14 +232,17 @@ def trace_tree(
         task = tasks[top]
         reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
         hit = closest_hit_from(accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack)
+        tell_ray(observer, top, task, hit)
         if hit.instance < 0:
             behind, behind_alpha = environment(scene, frame, task.direction, task.depth)
+            tell_background(observer, behind)
             color += wp.cw_mul(task.coefficient, behind)
             if task.depth == 1:
                 alpha += task.weight * behind_alpha
             continue
         surface = make_surface(scene, hit, task.origin, task.direction)
         shading = eval_material(scene, surface, -task.direction, task.leaked)
+        tell_surface(observer, scene, surface, shading)
         if task.depth == 1:
             travelled += hit.t
             alpha += task.weight * shading.presence
@@ -231,15 +260,19 @@ def trace_tree(
                 onward.from_instance = surface.instance
                 onward.from_triangle = surface.triangle
                 tasks[top] = onward
+                tell_push(observer, top, PASSAGE)
                 top += 1
                 count(counts, PASSED)
+            else:
+                tell_child(observer, PASSAGE, STOPPED_BY_PASSES)
             if shading.presence <= 0.0:
                 continue
             task.coefficient = task.coefficient * shading.presence
             task.weight = task.weight * shading.presence
-        local = local_illumination(scene, accel, frame, stack, surface, shading, task.depth, counts)
+        local = local_illumination(scene, accel, frame, stack, surface, shading, task.depth, counts, observer)
+        tell_local(observer, local)
         color += wp.cw_mul(task.coefficient, local)
-        top = push_children(scene, tasks, top, task, surface, shading, frame, counts)
+        top = push_children(scene, tasks, top, task, surface, shading, frame, counts, observer)
     return wp.vec4(color[0], color[1], color[2], alpha)
 
 
@@ -258,22 +291,16 @@ def render_pixel(
     sample: int,
 ):
     """Add one sample to a pixel of the film."""
-    x = film.x + column
-    y = film.y + row
-    p = sample_position(x, y, sample, frame.sample_count, frame.seed)
-    image_x = float(x) + p[0]
-    image_y = float(y) + p[1]
-    direction = eye_direction(frame.camera, image_x, image_y)
-    cosine = wp.dot(direction, frame.camera.forward)
-    near = frame.camera.near / cosine
-    origin = eye_origin(frame.camera, image_x, image_y) + near * direction
-    reach = frame.camera.far / cosine - near
+    eye = make_eye_ray(frame, film.x + column, film.y + row, sample)
     first = FirstHit()
-    value = trace_tree(scene, accel, frame, origin, direction, reach, stop, tasks, stack, counts, first)
+    nobody = Unobserved()
+    value = trace_tree(
+        scene, accel, frame, eye.origin, eye.direction, eye.reach, stop, tasks, stack, counts, first, nobody
+    )
     film.color[row, column] = film.color[row, column] + value
     if sample == 0:
-        first.distance += near
-        write_aovs(scene, film, row, column, first, cosine)
+        first.distance += eye.near
+        write_aovs(scene, film, row, column, first, eye.cosine)
 
 
 @wp.kernel

@@ -129,6 +129,15 @@ def eval_primvar(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, 
 
 
 @wp.func
+def element_of(scene: wp.ref[SceneData], surface: wp.ref[Surface]) -> int:
+    """Return the elementId of a surface point: the face of the source mesh."""
+    face_offset = scene.meshes[surface.mesh].face_offset
+    if face_offset >= 0:
+        return scene.face_ids[face_offset + surface.triangle]
+    return surface.triangle
+
+
+@wp.func
 def triangle_corners(scene: wp.ref[SceneData], mesh: int, triangle: int):
     """Return the three corners of a triangle, in its mesh's space."""
     data = scene.meshes[mesh]

@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from warp_rt.accel import Accel, build_accel
-    from warp_rt.api import load_scene, render
+    from warp_rt.api import load_scene, render, trace_tree
     from warp_rt.errors import DeviceError, LimitError, OptionError, OutputError, SceneError, WarpRtError
     from warp_rt.film import Film
     from warp_rt.image.image import Image
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from warp_rt.queries import Hits, any_hit, closest_hit, count_hits
     from warp_rt.renderer import Renderer
     from warp_rt.scene import Scene
+    from warp_rt.tree.ray_tree import RayTree
 
 _MODULES = {
     "accel": ("Accel", "build_accel"),
-    "api": ("load_scene", "render"),
+    "api": ("load_scene", "render", "trace_tree"),
     "errors": ("DeviceError", "LimitError", "OptionError", "OutputError", "SceneError", "WarpRtError"),
     "film": ("Film",),
     "image.image": ("Image",),
@@ -31,6 +32,7 @@ _MODULES = {
     "queries": ("Hits", "any_hit", "closest_hit", "count_hits"),
     "renderer": ("Renderer",),
     "scene": ("Scene",),
+    "tree.ray_tree": ("RayTree",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

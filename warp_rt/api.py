@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import fields
+from dataclasses import fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from warp_rt.scene import Scene
 
 if TYPE_CHECKING:
     from warp_rt.image.image import Image
+    from warp_rt.tree.ray_tree import RayTree
 
 
 def load_scene(
@@ -77,6 +78,49 @@ def render(
     loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
     film = Renderer(loaded, chosen, device=device).render(camera=camera)
     return Image(film, exposure=exposure, tonemap=tonemap)
+
+
+def trace_tree(
+    scene: str | PathLike[str] | Scene | Any,
+    x: int,
+    y: int,
+    *,
+    sample: int | None = None,
+    camera: str | None = None,
+    time: float | None = None,
+    device: str = "auto",
+    exposure: float = 0.0,
+    tonemap: str = "srgb",
+    **options: Any,
+) -> RayTree:
+    """Return the ray tree of a pixel of the picture that ``render`` gives with the same arguments.
+
+    Args:
+        scene: A USD file, an open ``Usd.Stage``, or a :class:`Scene`.
+        x: Column of the pixel, 0 on the left; with ``crop``, of what it leaves.
+        y: Row; 0 at the top.
+        sample: Which of the pixel's ``spp`` samples; None: all, one tree each.
+        camera: Path or name of the camera.
+        time: Time code; None: the stage's start.
+        device: ``auto``, ``cpu`` or ``cuda:N``.
+        exposure: Stops, for the 8-bit value.
+        tonemap: Tone curve of the 8-bit value, ``srgb`` or ``raw``.
+        **options: Fields of :class:`RenderOptions`.
+
+    Raises:
+        OptionError: There is no such pixel, sample or option.
+        LimitError: The tree has more than 262,144 nodes.
+        WarpRtError: See the kinds in ``warp_rt.errors``.
+    """
+    from warp_rt.image.tone import check_display
+    from warp_rt.renderer import Renderer
+
+    check_display(exposure, tonemap)
+    chosen = _options(options)
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
+    samples = None if sample is None else (sample,)
+    tree = Renderer(loaded, chosen, device=device).trace_tree(x, y, camera=camera, samples=samples)
+    return replace(tree, exposure=exposure, tonemap=tonemap)
 
 
 def _options(given: dict[str, Any]) -> RenderOptions:

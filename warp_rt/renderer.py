@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,18 +14,22 @@ import warp as wp
 
 from warp_rt.accel import Accel, build_accel, make_stacks
 from warp_rt.compile import load_kernels
-from warp_rt.device_scene import upload_scene, with_lights
+from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
+from warp_rt.errors import OptionError
 from warp_rt.film import Film, RayCounts
 from warp_rt.film_buffers import crop_area, make_film_buffers
 from warp_rt.film_camera import camera_data, choose_camera, frame_camera, image_size
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
-from warp_rt.kernels import ray_counts, ray_tree, structs
+from warp_rt.kernels import ray_counts, ray_tree, record_tree, structs
 from warp_rt.kernels.constants import PASS_LIMIT
+from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
 from warp_rt.options import DEFAULT_DEPTH, RenderOptions
 from warp_rt.report import Diagnostic
-from warp_rt.scene import Camera, Scene
+from warp_rt.scene import Camera, Light, Scene
+from warp_rt.tree.ray_tree import RayTree
+from warp_rt.tree_recording import make_roots, record
 from warp_rt.warp_setup import init_warp, resolve_device
 from warp_rt.workers import default_thread_count
 
@@ -59,6 +63,7 @@ class Renderer:
     ) -> None:
         init_warp()
         self.device = resolve_device(device)
+        self._on_compile = on_compile
         self.scene = scene
         self.options = resolve_options(options or RenderOptions(), scene.settings)
         """With every term that was left open filled in."""
@@ -102,18 +107,7 @@ class Renderer:
             LimitError: The time limit was reached.
         """
         deadline = Deadline(self.options.time_limit)
-        notes: list[Diagnostic] = []
-        source = self.scene.source or "scene"
-        chosen = camera if isinstance(camera, Camera) else choose_camera(self.scene, camera)
-        if chosen is None:
-            chosen = frame_camera(self.scene, self.options)
-            notes.append(Diagnostic("N901", source, "no camera in the stage: the scene is framed"))
-        device_scene = self._device_scene
-        if not self.scene.lights and not self.scene.domes:
-            notes.append(Diagnostic("N902", source, "no light in the stage: a headlight is used"))
-            device_scene = with_lights(device_scene, (headlight(chosen),))
-        self.diagnostics = tuple(notes)
-
+        chosen, device_scene, _ = self._set_up(camera)
         with self._clock("render"):
             width, height = image_size(chosen, self.options, self.scene.settings)
             buffers = make_film_buffers(self.options.aovs, crop_area(self.options.crop, width, height), self.device)
@@ -141,6 +135,93 @@ class Renderer:
             labels=self.scene.labels,
             facts=self._facts(chosen),
         )
+
+    def trace_tree(
+        self, x: int, y: int, *, camera: str | Camera | None = None, samples: Sequence[int] | None = None
+    ) -> RayTree:
+        """Return the ray tree of a pixel: what ``render`` does for it, written down.
+
+        Args:
+            x: Column of the pixel in the film, which may be a crop of the picture; 0 on the left.
+            y: Row; 0 at the top.
+            camera: As for ``render``.
+            samples: Which of the pixel's samples; None: all.
+
+        Raises:
+            OptionError: There is no such pixel or sample.
+            SceneError: The scene has no camera of that name.
+            LimitError: The tree is larger than anybody would read.
+        """
+        with self._clock("compile"):
+            load_kernels("record_tree", device=self.device, on_compile=self._on_compile)
+        chosen, device_scene, lights = self._set_up(camera)
+        width, height = image_size(chosen, self.options, self.scene.settings)
+        area = crop_area(self.options.crop, width, height)
+        if not (0 <= x < area[2] and 0 <= y < area[3]):
+            raise OptionError(f"pixel ({x}, {y}) lies outside the picture of {area[2]} x {area[3]} pixels")
+        taken = tuple(range(self.options.spp)) if samples is None else tuple(samples)
+        for sample in taken:
+            if not 0 <= sample < self.options.spp:
+                raise OptionError(f"sample: {sample} is outside 0..{self.options.spp - 1}")
+        eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin)
+        frame = frame_data(self.options, self.scene, eye)
+        stop = StopFlag(self.device)
+        tasks, stacks, counts = self._scratch(1)
+        values = wp.zeros(self.options.spp, dtype=wp.vec4, device=self.device)
+        shared = [
+            self._array_of_one(device_scene.data, structs.SceneData),
+            self.accel.table,
+            self._array_of_one(frame, structs.FrameData),
+        ]
+
+        def launch(recorder: TreeRecorder) -> None:
+            recorders = self._array_of_one(recorder, TreeRecorder)
+            for sample in taken:
+                inputs = [*shared, recorders, tasks, stacks, counts, area[0] + x, area[1] + y, sample]
+                wp.launch(record_tree.record_sample, dim=1, inputs=inputs, outputs=[values], device=self.device)
+
+        with self._clock("render"):
+            records = record(launch, depth=self._depth, stop=stop.array, device=self.device)
+            # The film's own arithmetic, sample after sample, so that the very same float32 numbers come out.
+            color = np.zeros(4, np.float32)
+            for value in values.numpy()[list(taken)]:
+                color += value
+            color /= np.float32(len(taken))
+        red, green, blue = (color[:3] * np.float32(chosen.exposure_scale)).tolist()
+        return RayTree(
+            x=x,
+            y=y,
+            width=area[2],
+            height=area[3],
+            roots=make_roots(records, self.scene, lights, device_scene.origin),
+            samples=taken,
+            value=(red, green, blue),
+            alpha=float(color[3]),
+            exposure_scale=chosen.exposure_scale,
+            spp=self.options.spp,
+            depth=self._depth,
+            threshold=self.options.threshold or 0.0,
+            camera=chosen.path,
+            source=self.scene.source,
+            time=self.scene.time,
+            scene_size=_diagonal(self.scene),
+        )
+
+    def _set_up(self, camera: str | Camera | None) -> tuple[Camera, DeviceScene, tuple[Light, ...]]:
+        """Return the camera, the scene as it is lit, and its lights; note the defaults that stepped in."""
+        notes: list[Diagnostic] = []
+        source = self.scene.source or "scene"
+        chosen = camera if isinstance(camera, Camera) else choose_camera(self.scene, camera)
+        if chosen is None:
+            chosen = frame_camera(self.scene, self.options)
+            notes.append(Diagnostic("N901", source, "no camera in the stage: the scene is framed"))
+        device_scene, lights = self._device_scene, self.scene.lights
+        if not self.scene.lights and not self.scene.domes:
+            notes.append(Diagnostic("N902", source, "no light in the stage: a headlight is used"))
+            lights = (headlight(chosen),)
+            device_scene = with_lights(device_scene, lights)
+        self.diagnostics = tuple(notes)
+        return chosen, device_scene, lights
 
     def _trace(
         self,
@@ -197,13 +278,16 @@ class Renderer:
 
     def _scratch(self, rows: int) -> Scratch:
         """Return the memory that one worker's launches need: ray tasks, traversal stacks, counters."""
-        depth = self.options.depth or DEFAULT_DEPTH
-        capacity = ray_tree.task_capacity(depth, int(PASS_LIMIT))
+        capacity = ray_tree.task_capacity(self._depth, int(PASS_LIMIT))
         tasks = wp.empty(shape=(rows, capacity), dtype=structs.RayTask, device=self.device)
-        elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * depth
+        elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * self._depth
         counter_rows = 1 if self.device == "cpu" else _CUDA_COUNTER_ROWS
         counts = wp.zeros(shape=(counter_rows, elements), dtype=wp.int64, device=self.device)
         return tasks, make_stacks(self.accel, rows), counts
+
+    @property
+    def _depth(self) -> int:
+        return self.options.depth or DEFAULT_DEPTH
 
     def _array_of_one(self, struct: Any, dtype: Any) -> wp.array:
         return wp.array([struct], dtype=dtype, device=self.device)
@@ -221,3 +305,10 @@ class Renderer:
             yield
         finally:
             self.seconds[stage] += time.perf_counter() - start
+
+
+def _diagonal(scene: Scene) -> float:
+    """Return the diagonal of the scene's box; 1 where there is none."""
+    low, high = scene.bounds()
+    length = float(np.linalg.norm(high - low))
+    return length if np.isfinite(length) and length > 0 else 1.0

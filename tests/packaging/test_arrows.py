@@ -21,9 +21,10 @@ PARTS = {
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
         *("forest", "accel", "queries", "dome", "device_lights", "device_scene"),
-        *("film", "film_buffers", "film_camera", "frame", "renderer"),
+        *("film", "film_buffers", "film_camera", "frame", "renderer", "tree_recording"),
     ],
     "image": ["image.*"],
+    "tree": ["tree.*"],
     "api": ["api"],
     "cli": ["cli.*", "__main__"],
     "front": ["__init__"],
@@ -33,11 +34,12 @@ ARROWS = {
     "scene": ("base",),
     "usd": ("base", "scene"),
     "device": ("base", "kernels"),
-    "tracing": ("base", "scene", "device", "kernels"),
+    "tracing": ("base", "scene", "device", "kernels", "tree"),
     "image": ("base", "scene", "front"),  # front: its version
-    "api": ("base", "scene", "usd", "tracing", "image"),
-    "cli": ("base", "scene", "device", "tracing", "image", "api", "front"),
-    "front": ("base", "scene", "tracing", "image", "api"),  # by name only, when first used
+    "tree": ("base", "image"),
+    "api": ("base", "scene", "usd", "tracing", "image", "tree"),
+    "cli": ("base", "scene", "device", "tracing", "image", "tree", "api", "front"),
+    "front": ("base", "scene", "tracing", "image", "tree", "api"),  # by name only, when first used
 }
 LIBRARIES = {
     "base": (),
@@ -46,6 +48,7 @@ LIBRARIES = {
     "device": ("warp",),
     "tracing": ("numpy", "warp"),
     "image": ("numpy", "PIL", "OpenEXR"),
+    "tree": ("numpy",),
     "api": (),
     "cli": ("numpy", "rich"),  # numpy: in annotations
     "front": (),

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Who watches a ray tree grow, at no cost where nobody does.
+
+The functions of the ray tree take an ``observer`` and tell it what happens by calling hooks (``tree_hooks``). Each hook
+has an overload for each type of observer, and ``observed`` compiles each function once for each type that a kernel
+uses: with ``Unobserved`` every hook is empty and leaves no instruction behind. So there is one source for rendering
+and for recording, and what is recorded is what is rendered.
+"""
+
+from typing import TypeVar
+
+import warp as wp
+
+from .tree_record import CrossingRecord, LightRecord, NodeRecord
+
+
+@wp.struct
+class Unobserved:
+    """Nobody watches: a render."""
+
+
+@wp.struct
+class TreeRecorder:
+    """Writes down every node of one pixel's tree.
+
+    The last row of each array of records takes what finds no more room; ``counts`` tells how many there would be.
+    """
+
+    nodes: wp.array[NodeRecord]
+    lights: wp.array[LightRecord]
+    crossings: wp.array[CrossingRecord]
+    counts: wp.array[wp.int32]
+    """Of nodes, lights and crossings."""
+    parents: wp.array[wp.int32]
+    """Row of the node that pushed the task in each slot of the task stack."""
+    kinds: wp.array[wp.int32]
+    """Kind of the ray in each slot."""
+    limit: wp.int32
+    """Nodes after which ``stop`` is set."""
+    stop: wp.array[wp.int32]
+    """The tree's stop flag."""
+    sample: wp.int32
+    node: wp.int32
+    """Row of the node at work."""
+
+
+OBSERVERS = (Unobserved, TreeRecorder)
+Observer = TypeVar("Observer")
+"""Stands for each of ``OBSERVERS`` in the annotations of an ``observed`` function."""
+
+
+def observed(function):
+    """Return the Warp function that has ``function`` as its overload for each type of observer.
+
+    Warp's own generics (``Any``) would do, but cannot be mixed with arguments by reference.
+    """
+    overloads = []
+    for observer in OBSERVERS:
+        twin = type(function)(function.__code__, function.__globals__, function.__name__)
+        twin.__qualname__, twin.__doc__ = function.__qualname__, function.__doc__
+        annotations = function.__annotations__.items()
+        twin.__annotations__ = {name: wp.ref[observer] if type_ is Observer else type_ for name, type_ in annotations}
+        overloads.append(wp.func(twin))
+    for overload in overloads[1:]:
+        overloads[0].add_overload(overload)
+    return overloads[0]

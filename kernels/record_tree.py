@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The kernel that traces one pixel and writes down its ray tree.
+
+It is the render's own ``trace_tree`` with another observer, in a file of its own: Warp compiles file by file, and who
+only renders does not wait for it.
+"""
+
+import warp as wp
+
+from .aov import FirstHit
+from .bvh_structs import AccelData, Stacks, stack_of_thread
+from .camera import make_eye_ray
+from .observer import TreeRecorder
+from .ray_tree import trace_tree
+from .structs import FrameData, RayTask, SceneData
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+@wp.kernel
+def record_sample(
+    scenes: wp.array[SceneData],
+    accels: wp.array[AccelData],
+    frames: wp.array[FrameData],
+    recorders: wp.array[TreeRecorder],
+    tasks: wp.array2d[RayTask],
+    stacks: Stacks,
+    counts: wp.array2d[wp.int64],
+    x: int,
+    y: int,
+    sample: int,
+    values_out: wp.array[wp.vec4],
+):
+    """Trace one sample of pixel (x, y) of the whole image, in one thread; write its radiance and alpha to its row.
+
+    The large structs come as arrays of one, as for ``render_tile``.
+    """
+    recorder = recorders[0]
+    recorder.sample = sample
+    stack = stack_of_thread(stacks, 0)
+    eye = make_eye_ray(frames[0], x, y, sample)
+    first = FirstHit()
+    values_out[sample] = trace_tree(
+        scenes[0],
+        accels[0],
+        frames[0],
+        eye.origin,
+        eye.direction,
+        eye.reach,
+        recorder.stop,
+        tasks[0],
+        stack,
+        counts[0],
+        first,
+        recorder,
+    )

@@ -1,0 +1,292 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a ray tree tells its observer, event by event: an overload for each type in ``observer.OBSERVERS``."""
+
+import warp as wp
+
+from .bvh_structs import AccelData, Hit, Stack
+from .bvh_traverse import closest_hit_from
+from .light import LightSample
+from .material import Shading, eval_response
+from .observer import TreeRecorder, Unobserved
+from .structs import LightData, RayTask, SceneData
+from .surface import Surface, element_of, make_surface
+from .tree_record import EYE, REFLECTION, REFRACTION, TRACED, CrossingRecord, LightRecord, NodeRecord
+
+
+@wp.func
+def append_light(observer: wp.ref[TreeRecorder], record: LightRecord):
+    """Write a record of what a light does at the node at work."""
+    count = observer.counts[1]
+    observer.counts[1] = count + 1
+    observer.lights[wp.min(count, observer.lights.shape[0] - 1)] = record
+
+
+@wp.func
+def tell_eye(observer: wp.ref[Unobserved]):
+    """The eye ray waits in slot 0 of the task stack."""
+    pass
+
+
+@wp.func
+def tell_eye(observer: wp.ref[TreeRecorder]):
+    """Remember for its record that nobody sent it."""
+    observer.kinds[0] = EYE
+    observer.parents[0] = -1
+
+
+@wp.func
+def tell_child(observer: wp.ref[Unobserved], kind: int, fate: int):
+    """The node at work has no child of this kind, and why."""
+    pass
+
+
+@wp.func
+def tell_child(observer: wp.ref[TreeRecorder], kind: int, fate: int):
+    """Keep it."""
+    if kind == REFLECTION:
+        observer.nodes[observer.node].reflection = fate
+    elif kind == REFRACTION:
+        observer.nodes[observer.node].refraction = fate
+    else:
+        observer.nodes[observer.node].passage = fate
+
+
+@wp.func
+def tell_push(observer: wp.ref[Unobserved], slot: int, kind: int):
+    """A child of the node at work waits in a slot of the task stack."""
+    pass
+
+
+@wp.func
+def tell_push(observer: wp.ref[TreeRecorder], slot: int, kind: int):
+    """Remember for its record who sent it."""
+    observer.kinds[slot] = kind
+    observer.parents[slot] = observer.node
+    tell_child(observer, kind, TRACED)
+
+
+@wp.func
+def tell_ray(observer: wp.ref[Unobserved], slot: int, task: wp.ref[RayTask], hit: wp.ref[Hit]):
+    """The ray of a slot has been traced; ``hit`` is what it met."""
+    pass
+
+
+@wp.func
+def tell_ray(observer: wp.ref[TreeRecorder], slot: int, task: wp.ref[RayTask], hit: wp.ref[Hit]):
+    """Begin a node's record."""
+    count = observer.counts[0]
+    observer.counts[0] = count + 1
+    if count >= observer.limit:
+        observer.stop[0] = 1
+    observer.node = wp.min(count, observer.nodes.shape[0] - 1)
+    record = NodeRecord()
+    record.sample = observer.sample
+    record.parent = observer.parents[slot]
+    record.kind = observer.kinds[slot]
+    record.depth = task.depth
+    record.passes = task.passes
+    record.weight = task.weight
+    record.coefficient = task.coefficient
+    record.origin = task.origin
+    record.direction = task.direction
+    record.t = hit.t
+    record.instance = hit.instance
+    record.presence = 1.0
+    observer.nodes[observer.node] = record
+
+
+@wp.func
+def tell_background(observer: wp.ref[Unobserved], value: wp.vec3):
+    """The ray left the scene and brings ``value`` back."""
+    pass
+
+
+@wp.func
+def tell_background(observer: wp.ref[TreeRecorder], value: wp.vec3):
+    """Keep it as the node's light."""
+    observer.nodes[observer.node].local = value
+
+
+@wp.func
+def tell_surface(
+    observer: wp.ref[Unobserved], scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading]
+):
+    """The ray met a surface."""
+    pass
+
+
+@wp.func
+def tell_surface(
+    observer: wp.ref[TreeRecorder], scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading]
+):
+    """Keep the point and its material."""
+    node = observer.node
+    observer.nodes[node].element = element_of(scene, surface)
+    observer.nodes[node].material = surface.material
+    observer.nodes[node].model = shading.model
+    observer.nodes[node].position = surface.position
+    observer.nodes[node].n = shading.n
+    observer.nodes[node].n_geometric = surface.n_geometric
+    observer.nodes[node].presence = shading.presence
+    observer.nodes[node].has_local = shading.has_local
+    observer.nodes[node].kr = shading.kr
+    observer.nodes[node].kt = shading.kt
+    observer.nodes[node].gloss = shading.gloss
+    observer.nodes[node].eta = shading.eta
+
+
+@wp.func
+def tell_own_light(observer: wp.ref[Unobserved], emission: wp.vec3, ambient: wp.vec3):
+    """The terms of I_local that no light has a part in."""
+    pass
+
+
+@wp.func
+def tell_own_light(observer: wp.ref[TreeRecorder], emission: wp.vec3, ambient: wp.vec3):
+    """Keep both."""
+    observer.nodes[observer.node].emission = emission
+    observer.nodes[observer.node].ambient = ambient
+
+
+@wp.func
+def tell_crossing(
+    observer: wp.ref[Unobserved], scene: wp.ref[SceneData], crossed: wp.ref[Surface], t: float, factor: wp.vec3
+):
+    """A shadow ray crosses a surface, which lets ``factor`` of the light through."""
+    pass
+
+
+@wp.func
+def tell_crossing(
+    observer: wp.ref[TreeRecorder], scene: wp.ref[SceneData], crossed: wp.ref[Surface], t: float, factor: wp.vec3
+):
+    """Keep it for the light whose record comes next."""
+    count = observer.counts[2]
+    observer.counts[2] = count + 1
+    record = CrossingRecord()
+    record.light = observer.counts[1]
+    record.instance = crossed.instance
+    record.element = element_of(scene, crossed)
+    record.material = crossed.material
+    record.t = t
+    record.factor = factor
+    observer.crossings[wp.min(count, observer.crossings.shape[0] - 1)] = record
+
+
+@wp.func
+def tell_blocked(
+    observer: wp.ref[Unobserved],
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    origin: wp.vec3,
+    direction: wp.vec3,
+    distance: float,
+    surface: wp.ref[Surface],
+    stack: wp.ref[Stack],
+):
+    """Something stands between a surface and a light."""
+    pass
+
+
+@wp.func
+def tell_blocked(
+    observer: wp.ref[TreeRecorder],
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    origin: wp.vec3,
+    direction: wp.vec3,
+    distance: float,
+    surface: wp.ref[Surface],
+    stack: wp.ref[Stack],
+):
+    """Find out what: of all that a shadow ray may have met first, what stands nearest to the surface."""
+    hit = closest_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack)
+    blocker = make_surface(scene, hit, origin, direction)
+    tell_crossing(observer, scene, blocker, hit.t, wp.vec3(0.0, 0.0, 0.0))
+
+
+@wp.func
+def tell_light(
+    observer: wp.ref[Unobserved],
+    row: int,
+    light: wp.ref[LightData],
+    sample: wp.ref[LightSample],
+    shading: wp.ref[Shading],
+    color: wp.vec3,
+    visible: wp.vec3,
+    term: wp.vec3,
+):
+    """A light above the horizon has added ``term`` to I_local, which is 0 where nothing of it is visible."""
+    pass
+
+
+@wp.func
+def tell_light(
+    observer: wp.ref[TreeRecorder],
+    row: int,
+    light: wp.ref[LightData],
+    sample: wp.ref[LightSample],
+    shading: wp.ref[Shading],
+    color: wp.vec3,
+    visible: wp.vec3,
+    term: wp.vec3,
+):
+    """Write the light's record, with the response split in two by asking for each part alone."""
+    record = LightRecord()
+    record.node = observer.node
+    record.light = row
+    record.cosine = wp.dot(shading.n, sample.wi)
+    record.wi = sample.wi
+    record.distance = sample.distance
+    record.color = color
+    record.visible = visible
+    record.diffuse = eval_response(shading, sample.wi, light.diffuse, 0.0)
+    record.specular = eval_response(shading, sample.wi, 0.0, light.specular)
+    record.term = term
+    append_light(observer, record)
+
+
+@wp.func
+def tell_dark_light(observer: wp.ref[Unobserved], row: int, cosine: float):
+    """A light is not above the surface's horizon, or sends nothing this way."""
+    pass
+
+
+@wp.func
+def tell_dark_light(observer: wp.ref[TreeRecorder], row: int, cosine: float):
+    """Write that into its record."""
+    record = LightRecord()
+    record.node = observer.node
+    record.light = row
+    record.cosine = cosine
+    append_light(observer, record)
+
+
+@wp.func
+def tell_dome(observer: wp.ref[Unobserved], row: int, diffuse: wp.vec3, specular: wp.vec3):
+    """A dome has added two terms to I_local."""
+    pass
+
+
+@wp.func
+def tell_dome(observer: wp.ref[TreeRecorder], row: int, diffuse: wp.vec3, specular: wp.vec3):
+    """Write the dome's record."""
+    record = LightRecord()
+    record.node = observer.node
+    record.light = row
+    record.diffuse = diffuse
+    record.specular = specular
+    append_light(observer, record)
+
+
+@wp.func
+def tell_local(observer: wp.ref[Unobserved], local: wp.vec3):
+    """I_local is complete."""
+    pass
+
+
+@wp.func
+def tell_local(observer: wp.ref[TreeRecorder], local: wp.vec3):
+    """Keep it."""
+    observer.nodes[observer.node].local = local
