@@ -12,9 +12,10 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from warp_rt.accel import Accel, build_accel
-    from warp_rt.api import load_scene, render, trace_tree
+    from warp_rt.api import load_scene, render, render_series, trace_tree
     from warp_rt.errors import DeviceError, LimitError, OptionError, OutputError, SceneError, WarpRtError
     from warp_rt.film import Film
+    from warp_rt.image.depth_series import DepthSeries
     from warp_rt.image.image import Image
     from warp_rt.options import RenderOptions
     from warp_rt.queries import Hits, any_hit, closest_hit, count_hits
@@ -24,9 +25,10 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "accel": ("Accel", "build_accel"),
-    "api": ("load_scene", "render", "trace_tree"),
+    "api": ("load_scene", "render", "render_series", "trace_tree"),
     "errors": ("DeviceError", "LimitError", "OptionError", "OutputError", "SceneError", "WarpRtError"),
     "film": ("Film",),
+    "image.depth_series": ("DepthSeries",),
     "image.image": ("Image",),
     "options": ("RenderOptions",),
     "queries": ("Hits", "any_hit", "closest_hit", "count_hits"),

@@ -5,15 +5,18 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable
 from dataclasses import fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from warp_rt.errors import OptionError, SceneError
-from warp_rt.options import RenderOptions, check_purposes
+from warp_rt.image.tone import check_display
+from warp_rt.options import DEFAULT_DEPTH, RenderOptions, check_depths, check_purposes
 from warp_rt.scene import Scene
 
 if TYPE_CHECKING:
+    from warp_rt.image.depth_series import DepthSeries
     from warp_rt.image.image import Image
     from warp_rt.tree.ray_tree import RayTree
 
@@ -80,6 +83,47 @@ def render(
     return Image(film, exposure=exposure, tonemap=tonemap)
 
 
+def render_series(
+    scene: str | PathLike[str] | Scene | Any,
+    depths: Iterable[int] = range(1, DEFAULT_DEPTH + 1),
+    *,
+    camera: str | None = None,
+    time: float | None = None,
+    device: str = "auto",
+    exposure: float = 0.0,
+    tonemap: str = "srgb",
+    **options: Any,
+) -> DepthSeries:
+    """Return the pictures of a stage at growing depth of the ray tree, each compared with the one before.
+
+    The stage is read, uploaded and its hierarchies built once; each picture is the one that ``render`` gives.
+
+    Args:
+        scene: As for :func:`render`; so too the arguments that are not here.
+        depths: Growing, from 1 on.
+        camera: Path or name of the camera.
+        time: Time code; None: the stage's start.
+        device: ``auto``, ``cpu`` or ``cuda:N``.
+        exposure: Stops by which the pictures are brightened where they are saved or shown.
+        tonemap: Tone curve of 8-bit pictures, ``srgb`` or ``raw``.
+        **options: Fields of :class:`RenderOptions`, all but ``depth``.
+
+    Raises:
+        WarpRtError: See the kinds in ``warp_rt.errors``.
+    """
+    from warp_rt.image.depth_series import make_series
+    from warp_rt.renderer import Renderer
+
+    wanted = check_depths(tuple(depths))
+    if "depth" in options:
+        raise OptionError("depth: a series has many; give depths instead")
+    check_display(exposure, tonemap)
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
+    renderer = Renderer(loaded, _options(options), device=device)
+    films = [renderer.render(camera=camera, depth=depth) for depth in wanted]
+    return make_series(wanted, films, exposure=exposure, tonemap=tonemap)
+
+
 def trace_tree(
     scene: str | PathLike[str] | Scene | Any,
     x: int,
@@ -112,7 +156,6 @@ def trace_tree(
         LimitError: The tree has more than 262,144 nodes.
         WarpRtError: See the kinds in ``warp_rt.errors``.
     """
-    from warp_rt.image.tone import check_display
     from warp_rt.renderer import Renderer
 
     check_display(exposure, tonemap)

@@ -47,6 +47,11 @@ class RayCounts:
     """Deepest level that a ray was traced at."""
     per_depth: tuple[DepthCounts, ...]
 
+    @property
+    def total(self) -> int:
+        """Rays of all kinds."""
+        return self.primary + self.reflection + self.refraction + self.shadow
+
     @staticmethod
     def from_row(row: np.ndarray) -> RayCounts:
         """Return the counts that a counter row of the kernel holds."""
@@ -131,5 +136,4 @@ class Film:
         return self.aovs["alpha"]
 
     def __repr__(self) -> str:
-        rays = self.rays.primary + self.rays.reflection + self.rays.refraction + self.rays.shadow
-        return f"<warp_rt.Film {self.width} x {self.height}: {', '.join(self.aovs)}; {rays:,} rays>"
+        return f"<warp_rt.Film {self.width} x {self.height}: {', '.join(self.aovs)}; {self.rays.total:,} rays>"

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
 
@@ -24,6 +25,7 @@ DEFAULT_DEPTH = 7
 DEFAULT_THRESHOLD = 1.0 / 255.0
 MAX_SIZE = 65536  # a side of the image [pixel]
 MAX_DEPTH = 1024
+MAX_SERIES = 100  # pictures: what fits on a contact sheet
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +92,22 @@ class RenderOptions:
         _color("ambient", self.ambient)
         _color("background", self.background)
         _crop(self.crop)
+
+
+def check_depths(depths: Sequence[Any]) -> tuple[int, ...]:
+    """Return the depths of a series of pictures.
+
+    Raises:
+        OptionError: There are none or too many, one is no depth, or they do not grow.
+    """
+    if not 1 <= len(depths) <= MAX_SERIES:
+        raise OptionError(f"depths: 1 to {MAX_SERIES} pictures expected, got {len(depths)}")
+    for depth in depths:
+        _whole_number("depths", depth, 1, MAX_DEPTH)
+    for before, after in pairwise(depths):
+        if after <= before:
+            raise OptionError(f"depths: {after} comes after {before}; they have to grow, such as 1, 2, 3")
+    return tuple(int(depth) for depth in depths)
 
 
 def check_purposes(purposes: Sequence[str] | None) -> None:

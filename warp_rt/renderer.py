@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -93,26 +94,34 @@ class Renderer:
         """Device memory of the scene and its hierarchies [byte]."""
         return self._device_scene.bytes + self.accel.statistics.bytes
 
-    def render(self, *, camera: str | Camera | None = None, progress: Callable[[float], None] | None = None) -> Film:
+    def render(
+        self,
+        *,
+        camera: str | Camera | None = None,
+        depth: int | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Film:
         """Return the picture from one camera.
 
         Args:
             camera: Path or name of a camera of the scene, or a camera of one's own. None: the render settings' camera,
                 else ``main_cam``, else the stage's first, else one that frames the scene.
+            depth: Levels of the ray tree; None: as the options say.
             progress: Called now and then from this thread with the finished fraction, 0 to 1.
 
         Raises:
             SceneError: The scene has no camera of that name.
-            OptionError: The crop lies outside the picture.
+            OptionError: The crop lies outside the picture, or the depth is out of range.
             LimitError: The time limit was reached.
         """
-        deadline = Deadline(self.options.time_limit)
+        options = self.options if depth is None else dataclasses.replace(self.options, depth=depth)
+        deadline = Deadline(options.time_limit)
         chosen, device_scene, _ = self._set_up(camera)
         with self._clock("render"):
-            width, height = image_size(chosen, self.options, self.scene.settings)
-            buffers = make_film_buffers(self.options.aovs, crop_area(self.options.crop, width, height), self.device)
+            width, height = image_size(chosen, options, self.scene.settings)
+            buffers = make_film_buffers(options.aovs, crop_area(options.crop, width, height), self.device)
             eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin)
-            frame = frame_data(self.options, self.scene, eye)
+            frame = frame_data(options, self.scene, eye)
             counts = self._trace(
                 [
                     self._array_of_one(device_scene.data, structs.SceneData),
@@ -121,10 +130,11 @@ class Renderer:
                     self._array_of_one(buffers.data, structs.FilmData),
                 ],
                 buffers.area[2:],
+                options,
                 deadline,
                 progress,
             )
-            aovs = buffers.develop(spp=self.options.spp, exposure=chosen.exposure_scale, origin=device_scene.origin)
+            aovs = buffers.develop(spp=options.spp, exposure=chosen.exposure_scale, origin=device_scene.origin)
         return Film(
             width=buffers.area[2],
             height=buffers.area[3],
@@ -133,7 +143,7 @@ class Renderer:
             prims=self.scene.prims,
             instance_paths=self.scene.instance_paths,
             labels=self.scene.labels,
-            facts=self._facts(chosen),
+            facts=self._facts(chosen, options),
         )
 
     def trace_tree(
@@ -166,7 +176,7 @@ class Renderer:
         eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin)
         frame = frame_data(self.options, self.scene, eye)
         stop = StopFlag(self.device)
-        tasks, stacks, counts = self._scratch(1)
+        tasks, stacks, counts = self._scratch(1, self._depth)
         values = wp.zeros(self.options.spp, dtype=wp.vec4, device=self.device)
         shared = [
             self._array_of_one(device_scene.data, structs.SceneData),
@@ -227,6 +237,7 @@ class Renderer:
         self,
         shared: list[wp.array],
         size: tuple[int, int],
+        options: RenderOptions,
         deadline: Deadline,
         progress: Callable[[float], None] | None,
     ) -> np.ndarray:
@@ -235,24 +246,25 @@ class Renderer:
         Args:
             shared: The kernel's first arguments.
             size: Width and height of the film [pixel].
+            options: Of this render.
             deadline: When to give up.
             progress: As for ``render``.
         """
         is_cpu = self.device == "cpu"
-        tiles = tiles_of(*size, self.options.tile_size) if is_cpu else bands_of(*size)
+        tiles = tiles_of(*size, options.tile_size) if is_cpu else bands_of(*size)
         rows = 1 if is_cpu else max(tile[2] * tile[3] for tile in tiles)
         scratches: list[Scratch] = []
         stop = StopFlag(self.device)
 
         def make_scratch() -> Scratch:
-            scratches.append(self._scratch(rows))
+            scratches.append(self._scratch(rows, options.depth or DEFAULT_DEPTH))
             return scratches[-1]
 
         def launch(scratch: Scratch, tile: Tile, sample: int) -> None:
             inputs = [*shared, stop.array, *scratch, wp.vec4i(*tile), sample]
             wp.launch(ray_tree.render_tile, dim=tile[2] * tile[3], inputs=inputs, device=self.device)
 
-        samples = self.options.spp
+        samples = options.spp
         if is_cpu:
             run_tiles(
                 launch,
@@ -276,11 +288,11 @@ class Renderer:
             )
         return np.sum([counts.numpy().sum(axis=0, dtype=np.int64) for _, _, counts in scratches], axis=0)
 
-    def _scratch(self, rows: int) -> Scratch:
+    def _scratch(self, rows: int, depth: int) -> Scratch:
         """Return the memory that one worker's launches need: ray tasks, traversal stacks, counters."""
-        capacity = ray_tree.task_capacity(self._depth, int(PASS_LIMIT))
+        capacity = ray_tree.task_capacity(depth, int(PASS_LIMIT))
         tasks = wp.empty(shape=(rows, capacity), dtype=structs.RayTask, device=self.device)
-        elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * self._depth
+        elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * depth
         counter_rows = 1 if self.device == "cpu" else _CUDA_COUNTER_ROWS
         counts = wp.zeros(shape=(counter_rows, elements), dtype=wp.int64, device=self.device)
         return tasks, make_stacks(self.accel, rows), counts
@@ -292,9 +304,9 @@ class Renderer:
     def _array_of_one(self, struct: Any, dtype: Any) -> wp.array:
         return wp.array([struct], dtype=dtype, device=self.device)
 
-    def _facts(self, camera: Camera) -> dict[str, object]:
+    def _facts(self, camera: Camera, options: RenderOptions) -> dict[str, object]:
         facts: dict[str, object] = {"source": self.scene.source, "camera": camera.path, "time": self.scene.time}
-        facts |= {name: getattr(self.options, name) for name in ("integrator", "spp", "seed", "depth", "threshold")}
+        facts |= {name: getattr(options, name) for name in ("integrator", "spp", "seed", "depth", "threshold")}
         return {name: value for name, value in facts.items() if value not in (None, "")}
 
     @contextmanager

@@ -29,6 +29,8 @@ WORDS = {
 }
 PICTURES = {"01_render.py": {"mirror_teapot.png"}, "04_from_arrays.py": {"waves.png"}}
 PICTURES["02_depth_series.py"] = {f"depth_series/depth_{depth}.png" for depth in range(1, 8)}
+PICTURES["02_depth_series.py"] |= {f"depth_series/change_{depth}.png" for depth in range(2, 8)}
+PICTURES["02_depth_series.py"] |= {"depth_series/series.png"}
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)

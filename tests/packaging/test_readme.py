@@ -14,11 +14,12 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from warp_rt.cli import check, info, render
+from warp_rt.cli import check, info, render, series
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
-PARSERS = {"render": render.parser(), "check": check.parser(), "info": info.parser()}
+COMMANDS = {"render": render, "series": series, "check": check, "info": info}
+PARSERS = {name: command.parser() for name, command in COMMANDS.items()}
 
 
 def test_python_runs_as_it_stands(tmp_path: Path) -> None:

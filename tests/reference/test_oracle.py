@@ -15,10 +15,10 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from warp_rt import Film, Renderer, RenderOptions, Scene, load_scene
+from warp_rt import Film, Renderer, RenderOptions, Scene, load_scene, render_series
 from warp_rt.options import BUILDERS, INTERSECTORS
 
-from .oracle_scenes import assert_near, assert_same_counts, assert_same_image, oracle_folder
+from .oracle_scenes import PIXEL_FRACTION, assert_near, assert_same_counts, assert_same_image, oracle_folder
 
 SIZE = {"mirror_teapot": (320, 240), "random_1": (160, 160), "random_2": (160, 160)}
 CASES = [("mirror_teapot", depth, 0.0) for depth in range(1, 8)] + [("mirror_teapot", 7, 0.05)]
@@ -64,6 +64,20 @@ def test_counts_of_each_depth() -> None:
             assert_near(getattr(level, kind), total[kind] - before[kind], f"depth {level.depth}: {kind}")
         dropped = rays.per_depth[level.depth].nodes if level.depth < 7 else rays.dropped_by_depth
         assert_near(dropped, total["pruned_depth"], f"depth {level.depth}: dropped")
+
+
+def test_series_of_depths() -> None:
+    """One scene prepared once gives the oracle's picture and counts at each depth, and its share of changing pixels."""
+    width, height = SIZE["mirror_teapot"]
+    series = render_series(scene_of("mirror_teapot"), width=width, height=height, threshold=0.0, device="cpu")
+    before = None
+    for step in series.steps:
+        expected = expected_image("mirror_teapot", step.depth, 0.0)
+        assert_same_image(step.image.linear, expected)
+        assert_same_counts(step.image.film, expected_counts("mirror_teapot", step.depth, 0.0))
+        if before is not None:
+            assert step.change.share == pytest.approx((expected != before).any(axis=-1).mean(), abs=1 - PIXEL_FRACTION)
+        before = expected
 
 
 @pytest.mark.parametrize("intersector", INTERSECTORS)

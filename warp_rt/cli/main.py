@@ -25,6 +25,7 @@ PROGRAM = "warp-rt"
 
 COMMANDS = {
     "render": "render an image from a USD stage",
+    "series": "render it at growing depth of the ray tree, with a contact sheet",
     "info": "tell what a stage holds",
     "check": "name everything in a stage that would be ignored, repaired or refused",
     "warmup": "compile the kernels ahead of the first render",

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from warp_rt.cli.columns import in_columns
 from warp_rt.cli.terminal import Terminal
 
 _COLUMNS = {
@@ -38,10 +39,8 @@ def ray_table(rays: dict[str, Any]) -> str:
     rows = list(zip(("", "depth"), *_COLUMNS.values(), strict=True))
     rows += [(str(level["depth"]), *(_number(level[key]) for key in _COLUMNS)) for level in levels]
     rows.append(("all", *(_number(rays[key]) for key in _COLUMNS)))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
     told = [f"{rays[key]:,} {noun}{'' if rays[key] == 1 else 's'}" for key, noun in _EVENTS.items() if rays[key]]
-    return "\n".join(lines + [", ".join(told)] * bool(told))
+    return "\n".join([in_columns(rows), *([", ".join(told)] if told else [])])
 
 
 def _number(count: int) -> str:

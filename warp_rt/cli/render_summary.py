@@ -66,7 +66,7 @@ def whole_run(frames: Sequence[dict[str, Any]], times: Sequence[float | None]) -
         return run
     run["outputs"] = [path for frame in frames for path in frame["outputs"]]
     run["seconds"] = {stage: sum(frame["seconds"][stage] for frame in frames) for stage in run["seconds"]}
-    run["rays"] = _sum_rays([frame["rays"] for frame in frames])
+    run["rays"] = sum_rays([frame["rays"] for frame in frames])
     for kind in ("warnings", "notes"):
         run[kind] = list({tuple(record.values()): record for frame in frames for record in frame[kind]}.values())
     run["frames"] = [
@@ -93,7 +93,7 @@ def _counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
-def _sum_rays(counts: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def sum_rays(counts: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Return the counts of several pictures as one: sums, but the deepest level of any; levels add up one by one."""
     total = {key: sum(count[key] for count in counts) for key in counts[0] if key not in ("deepest", "per_depth")}
     levels = [

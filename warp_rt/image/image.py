@@ -140,7 +140,7 @@ class Image:
         kind = format_of(path)
         if kind == "exr":
             facts = {**self.film.facts, "colorspace": "linear Rec.709"}
-            write_exr(path, self.film.aovs, software=_software(), metadata=facts)
+            write_exr(path, self.film.aovs, software=software(), metadata=facts)
         elif kind == "jpeg":
             write_bytes(path, self._encode_jpeg(path))
         else:
@@ -154,7 +154,7 @@ class Image:
         if max(self.width, self.height) > MAX_SIDE:
             raise OutputError(f"{path}: JPEG holds at most {MAX_SIDE} pixels a side")
         over_black = display(self.linear, exposure=self.exposure, tonemap=self.tonemap)
-        return encode_jpeg(over_black, software=_software(), metadata=self._display_facts())
+        return encode_jpeg(over_black, software=software(), metadata=self._display_facts())
 
     def _encode_ids(self) -> bytes:
         tables = {"primId": self.film.prims, "instanceId": self.film.instance_paths}
@@ -164,7 +164,7 @@ class Image:
     def _repr_png_(self) -> bytes:
         """Return a PNG file: notebooks call this to show the picture."""
         is_srgb = self.tonemap == "srgb"
-        return encode_png(self.to_srgb8(), software=_software(), metadata=self._display_facts(), is_srgb=is_srgb)
+        return encode_png(self.to_srgb8(), software=software(), metadata=self._display_facts(), is_srgb=is_srgb)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         if copy is False:
@@ -181,7 +181,8 @@ def _encode_npy(values: np.ndarray) -> bytes:
     return file.getvalue()
 
 
-def _software() -> str:
+def software() -> str:
+    """Return who makes the files, for their headers."""
     from warp_rt import __version__
 
     return f"warp_rt {__version__}"

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from warp_rt.errors import OptionError, OutputError
 
@@ -49,6 +50,35 @@ def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
     if any(aov in ID_TABLES for aov in wanted):
         files["ids"] = path.with_name(f"{path.stem}.ids.json")
     return files
+
+
+class SeriesFiles(NamedTuple):
+    """Where the pictures of a series go."""
+
+    sheet: Path
+    pictures: tuple[Path, ...]
+    changes: tuple[Path, ...]
+    """Differences of the second picture from the first, and so on."""
+
+    def all(self) -> tuple[Path, ...]:
+        """Return every file, the sheet first."""
+        return (self.sheet, *self.pictures, *self.changes)
+
+
+def series_files(folder: Path, depths: Sequence[int], extension: str = "png") -> SeriesFiles:
+    """Return the files of a series: ``series.png``, ``depth_1.png``, ..., ``change_2.png``, ...
+
+    Numbers have as many digits as the largest, so that names sort.
+
+    Raises:
+        OptionError: The extension is unknown.
+    """
+    digits = len(str(max(depths)))
+    pictures, changes = (
+        tuple(folder / f"{name}_{depth:0{digits}}.{extension}" for depth in depths) for name in ("depth", "change")
+    )
+    format_of(pictures[0])
+    return SeriesFiles(folder / "series.png", pictures, changes[1:])
 
 
 def check_writable(path: Path) -> None:
