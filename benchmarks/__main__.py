@@ -9,6 +9,13 @@ import sys
 
 NAMES = {
     "rays": "rays per second by mesh and kind of ray, beside Embree and wp.Mesh",
+    "build": "seconds to build a hierarchy, beside Embree and wp.Mesh",
+    "memory": "bytes a triangle of geometry and hierarchy, beside Embree and wp.Mesh",
+    "frame": "CPU seconds of a whole frame, beside POV-Ray and Mitsuba",
+    "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
+    "startup": "whole processes, warm and cold",
+    "leaks": "a hundred million rays aimed at edges and vertices",
+    "plots": "pictures of the saved results, in docs/performance/",
 }
 
 

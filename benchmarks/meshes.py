@@ -64,6 +64,22 @@ def noisy_icosphere(levels: int, noise: float = 0.02) -> TriangleMesh:
     return TriangleMesh(vertices.astype(np.float32), triangles.astype(np.int32))
 
 
+def noisy_torus(count: int, noise: float = 0.02) -> TriangleMesh:
+    """Return a torus of about ``count`` triangles whose vertices are moved by up to ``noise``: a mesh of any size."""
+    across = max(3, round(np.sqrt(count / 4)))
+    around = max(3, round(count / (2 * across)))
+    i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
+    a, b = 2 * np.pi * i / around, 2 * np.pi * j / across
+    tube = 0.4 * np.random.default_rng(7).uniform(1 - noise, 1 + noise, a.shape)
+    radius = 1 + tube * np.cos(b)
+    points = np.stack([radius * np.cos(a), radius * np.sin(a), tube * np.sin(b)], axis=-1)
+    rows = np.arange(around * across, dtype=np.int32).reshape(around, across)
+    right, up = np.roll(rows, -1, axis=0), np.roll(rows, -1, axis=1)
+    both = np.roll(right, -1, axis=1)
+    triangles = np.stack([rows, right, both, rows, both, up], axis=-1).reshape(-1, 3)
+    return TriangleMesh(points.reshape(-1, 3).astype(np.float32), triangles)
+
+
 def bunny() -> TriangleMesh:
     """Return the bunny among the assets of Warp's examples."""
     path = Path(wp.__file__).parent / "examples" / "assets" / "bunny.usd"
@@ -74,11 +90,18 @@ def bunny() -> TriangleMesh:
 
 def stage(name: str) -> TriangleMesh:
     """Return all triangles of a stage of the test data as one mesh."""
-    data = Path(os.environ.get("WARP_RT_TEST_DATA") or ROOT.parent / "shared")
-    path = data / "corpora" / name
-    if not path.is_file():
-        raise MissingMeshError(f"no {name} in the test data: WARP_RT_TEST_DATA names the folder that holds corpora/")
+    path = find_test_data(f"corpora/{name}")
+    if path is None:
+        raise MissingMeshError(
+            f"no corpora/{name} in the test data: WARP_RT_TEST_DATA names the folder that holds corpora/"
+        )
     return flatten(warp_rt.load_scene(path))
+
+
+def find_test_data(name: str) -> Path | None:
+    """Return a file of the test data, which lie where WARP_RT_TEST_DATA says, else in ``shared`` beside the project."""
+    path = Path(os.environ.get("WARP_RT_TEST_DATA") or ROOT.parent / "shared") / name
+    return path if path.is_file() else None
 
 
 def flatten(scene: warp_rt.Scene) -> TriangleMesh:

@@ -24,6 +24,7 @@ import warp_rt
 from warp_rt.warp_setup import init_warp
 
 from . import results
+from .command import make_parser, save_if_asked
 from .contenders import CONTENDERS, DEFAULT, Contender
 from .meshes import MESHES, MissingMeshError, TriangleMesh
 from .ray_sets import KINDS, TILE, Rays, primary_rays, random_rays, secondary_rays
@@ -47,28 +48,23 @@ def main(arguments: Sequence[str]) -> None:
             print(f"{name:<12}skipped: {error}", file=sys.stderr)
             continue
         rows += measure(name, mesh, options)
-    if options.save:
-        print(results.save("rays", rows, KEYS))
+    save_if_asked(options, "rays", rows, KEYS)
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks rays", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser("rays", __doc__)
     parser.add_argument("--mesh", nargs="+", choices=MESHES, default=list(MESHES))
     parser.add_argument("--rays", nargs="+", choices=KINDS, default=KINDS)
     parser.add_argument("--query", nargs="+", choices=QUERIES, default=QUERIES)
     parser.add_argument("--contenders", nargs="+", choices=CONTENDERS, default=DEFAULT)
     parser.add_argument("--size", type=int, default=512, help="pixels a side of the picture whose rays are traced")
-    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument(
         "--clock",
         choices=CLOCKS,
         default="wall",
         help="cpu: seconds of all threads together, which other programs on the machine disturb less",
     )
-    parser.add_argument("--save", action="store_true", help="put the rows into benchmarks/results/rays.json")
     return parser.parse_args(arguments)
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import gc
+import statistics
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -44,3 +45,8 @@ def time_in_turns(
 def significant(values: list[float]) -> list[float]:
     """Return numbers with the digits that a timing has."""
     return [float(f"{value:.4g}") for value in values]
+
+
+def spread(values: list[float]) -> str:
+    """Return the median of seconds and how far they lie apart, as text."""
+    return f"{statistics.median(values):.4g} s ({min(values):.4g} to {max(values):.4g})"

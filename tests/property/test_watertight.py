@@ -8,53 +8,15 @@ import numpy as np
 import pytest
 
 import warp_rt
-from warp_rt.accel import Accel
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Scene
 
-from ..meshes import Shape, cube, octasphere, torus
+from ..aimed_rays import CENTERS, SCALES, edge_rays, leaks, place
+from ..meshes import cube, octasphere, torus
 
 SHAPES = {"octasphere": octasphere(4), "cube": cube(), "torus": torus(48, 24)}
-CENTERS = (0.0, 1e3, 1e4, 1e6)  # in units of the mesh's size
-SCALES = (1e-6, 1.0, 1e6)
 
-
-def place(shape: Shape, scale: float, center: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mesh scaled and moved in float64; float32 has to make of it what it can."""
-    points, triangles = shape
-    return scale * (points + center * np.array([1.0, -0.6, 0.3])), triangles
-
-
-def edge_rays(name: str, points: np.ndarray, triangles: np.ndarray, count: int, seed: int) -> tuple:
-    """Return rays from inside at vertices (a third), edge midpoints (a third) and random points of edges.
-
-    Origins and targets are float32 numbers or sums of few of them, so that many rays meet edges exactly.
-    """
-    rng = np.random.default_rng(seed)
-    points = points.astype(np.float32).astype(float)
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    a, b = points[edges[rng.integers(len(edges), size=count)]].swapaxes(0, 1)
-    weight = rng.uniform(size=(count, 1))
-    weight[: count // 3] = 0
-    weight[count // 3 : 2 * count // 3] = 0.5
-    targets = a + weight * (b - a)
-    center = (points.max(axis=0) + points.min(axis=0)) / 2
-    size = np.ptp(points, axis=0).max() / 2
-    if name == "torus":  # from the circle within the tube, at the same angle or another one
-        angle = np.arctan2(*(targets - center)[:, [1, 0]].T) + rng.choice([0.0, 0.4], count) * rng.normal(size=count)
-        ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-        origins = center + size / 1.35 * ring
-    else:
-        origins = center + 0.3 * size * rng.uniform(-1, 1, (count, 3)) * rng.choice([0.0, 1.0], (count, 1))
-    return origins.astype(np.float32), (targets - origins.astype(np.float32)).astype(np.float32)
-
-
-def leaks(accel: Accel, origins: np.ndarray, directions: np.ndarray) -> int:
-    """Return how many rays escape, counted for closest hit and any hit."""
-    alive = np.abs(directions).max(axis=1) > 0
-    missed = (warp_rt.closest_hit(accel, origins, directions).instance < 0) & alive
-    unblocked = ~warp_rt.any_hit(accel, origins, directions) & alive
-    return int(missed.sum() + unblocked.sum())
+SHAPES = {"octasphere": octasphere(4), "cube": cube(), "torus": torus(48, 24)}
 
 
 @pytest.mark.parametrize("center", CENTERS)
@@ -63,14 +25,14 @@ def leaks(accel: Accel, origins: np.ndarray, directions: np.ndarray) -> int:
 def test_no_ray_leaks(name: str, scale: float, center: float) -> None:
     points, triangles = place(SHAPES[name], scale, center)
     accel = warp_rt.build_accel(Scene.from_arrays(points, triangles))
-    assert leaks(accel, *edge_rays(name, points, triangles, 30_000, seed=1)) == 0
+    assert leaks(accel, *edge_rays(points, triangles, 30_000, seed=1, is_ring=name == "torus")) == 0
 
 
 @pytest.mark.parametrize("bvh", BUILDERS)
 def test_no_ray_leaks_whatever_the_builder(bvh: str) -> None:
     for name, shape in SHAPES.items():
         accel = warp_rt.build_accel(Scene.from_arrays(*shape), bvh=bvh)
-        assert leaks(accel, *edge_rays(name, *shape, 30_000, seed=2)) == 0
+        assert leaks(accel, *edge_rays(*shape, 30_000, seed=2, is_ring=name == "torus")) == 0
 
 
 def test_no_ray_leaks_between_instances_faces() -> None:
@@ -82,7 +44,7 @@ def test_no_ray_leaks_between_instances_faces() -> None:
             matrix[:3, :3] = rng.normal(size=(3, 3)) + np.diag([2.0, -2.0, 1.0])
             matrix[:3, 3] = 10 * rng.normal(size=3)
             accel = warp_rt.build_accel(Scene.from_arrays(*shape, world_from_local=matrix))
-            origins, directions = (v.astype(float) for v in edge_rays(name, *shape, 30_000, seed=4))
+            origins, directions = (v.astype(float) for v in edge_rays(*shape, 30_000, seed=4, is_ring=name == "torus"))
             origins = origins @ matrix[:3, :3].T + matrix[:3, 3]
             assert leaks(accel, origins, directions @ matrix[:3, :3].T) == 0
 
@@ -95,7 +57,7 @@ def test_degenerate_triangles_open_no_gaps() -> None:
     extra = np.concatenate([np.stack([a, a, b], 1), np.stack([a, b, a], 1), np.stack([a, a, a], 1)]).astype(np.int32)
     mixed = np.concatenate([triangles, extra])[rng.permutation(len(triangles) + len(extra))]
     accel = warp_rt.build_accel(Scene.from_arrays(points, mixed))
-    origins, directions = edge_rays("octasphere", points, triangles, 30_000, seed=6)
+    origins, directions = edge_rays(points, triangles, 30_000, seed=6)
     assert leaks(accel, origins, directions) == 0
     hits = warp_rt.closest_hit(accel, origins, directions)
     corners = mixed[hits.triangle]
@@ -138,4 +100,4 @@ def test_no_ray_of_a_million_leaks(name: str, scale: float, center: float) -> No
     points, triangles = place(SHAPES[name], scale, center)
     accel = warp_rt.build_accel(Scene.from_arrays(points, triangles))
     for seed in range(10, 14):
-        assert leaks(accel, *edge_rays(name, points, triangles, 250_000, seed=seed)) == 0
+        assert leaks(accel, *edge_rays(points, triangles, 250_000, seed=seed, is_ring=name == "torus")) == 0

@@ -7,12 +7,16 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
+
+from warp_rt.options import BUILDERS
+from warp_rt.scene import is_closed
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -116,3 +120,49 @@ def test_rows_are_merged_by_key_and_know_their_commit(tmp_path: Path, monkeypatc
     assert document["machine"]["cores"] >= 1
     assert "warp-lang" in document["versions"]
     assert results.read("another") == {"rows": []}
+
+
+@pytest.mark.parametrize("mesh", ["torus", "icosphere"])
+def test_meshes_for_leaks_are_closed(mesh: str) -> None:
+    meshes = load("meshes")
+    made = meshes.noisy_torus(1_000) if mesh == "torus" else meshes.noisy_icosphere(3)
+    assert is_closed(made.triangles)
+    assert len(made.triangles) == pytest.approx(1_000, rel=0.3)
+    low, high = made.points.min(axis=0), made.points.max(axis=0)
+    np.testing.assert_allclose(high - low, [2.8, 2.8, 0.8] if mesh == "torus" else [2, 2, 2], rtol=0.06)
+
+
+def test_no_ray_leaks_and_the_command_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    load("leaks").main(["--rays", "60000"])
+    assert capsys.readouterr().out.splitlines()[-1].startswith("60,000 rays, closest hit and any hit: 0 leaks")
+
+
+def test_all_builders_are_timed() -> None:
+    build = load("build")
+    row = build.measure(load("meshes").noisy_torus(200), BUILDERS, 1, 1)
+    assert {f"warp_rt, {bvh}" for bvh in BUILDERS} <= set(row["seconds"])
+    assert set(row["trees"]) == set(BUILDERS)
+
+
+def test_instances_are_rotated_not_mirrored(sphere: Any) -> None:
+    scene = load("scaling").strewn(sphere, 50)
+    linear = scene.instances.world_from_local[:, :3, :3]
+    np.testing.assert_allclose(linear @ linear.swapaxes(1, 2), np.tile(np.eye(3), (50, 1, 1)), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(linear), 1)
+
+
+def test_povrays_log_tells_its_cpu_seconds() -> None:
+    log = "Trace Time:  0 hours  0 minutes  3 seconds (3.301 seconds)\n  using 1 thread(s) with 3.297 CPU-seconds total"
+    assert load("frame").trace_cpu_seconds(log) == 3.297
+
+
+def test_saved_results_can_be_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    plots = load("plots")
+    plots.main(["--output", str(tmp_path)])
+    for path in tmp_path.glob("*.svg"):
+        text = path.read_text(encoding="utf-8")
+        assert "prefers-color-scheme:dark" in text
+        ElementTree.fromstring(text)
+    drawn = {path.stem for path in tmp_path.glob("*.svg")}
+    assert drawn == {name for name, (_, source) in plots.PLOTS.items() if load("results").read(source)["rows"]}
