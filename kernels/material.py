@@ -14,6 +14,8 @@ MODEL_WHITTED = wp.constant(0)
 MODEL_PREVIEW = wp.constant(1)
 OPACITY_TRANSPARENT = wp.constant(0)
 OPACITY_PRESENCE = wp.constant(1)
+NO_LEAK = wp.constant(wp.vec4i(-1, -1, -1, -1))
+"""``RayTask.leaked`` of a ray that is on no wrong side."""
 
 INPUT_COUNT = wp.constant(11)
 """Inputs that every material has room for; those of WhittedSurface come first in its rows."""
@@ -252,15 +254,16 @@ def eval_preview(
 
 
 @wp.func
-def eval_material(scene: wp.ref[SceneData], surface: wp.ref[Surface], wo: wp.vec3, leaked: int) -> Shading:
+def eval_material(scene: wp.ref[SceneData], surface: wp.ref[Surface], wo: wp.vec3, leaked: wp.vec4i) -> Shading:
     """Return the surface's material as seen from the unit direction ``wo``.
 
-    Entering or leaving is told by the side of the geometric normal that the ray is on; where the ray has ``leaked``
-    (that instance, or -1), it is on the wrong one.
+    Entering or leaving is told by the side of the geometric normal that the ray is on; at instances that the ray has
+    ``leaked`` through, it is on the wrong one.
     """
     side = wp.dot(surface.n_geometric, wo)
-    if leaked == surface.instance:
-        side = -side
+    for k in range(4):
+        if leaked[k] == surface.instance:
+            side = -side
     material = scene.materials[surface.material]
     if material.model == MODEL_WHITTED:
         return eval_whitted(scene, surface, material, wo, side)

@@ -15,7 +15,8 @@ from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import PASS_LIMIT
 from .environment import environment
-from .material import Shading, eval_material
+from .line_hit import correct_hit
+from .material import NO_LEAK, Shading, eval_material
 from .observer import Observer, Unobserved, observed
 from .ray_counts import (
     DROPPED_BY_DEPTH,
@@ -86,31 +87,41 @@ def is_kept(
 def leak(
     scene: wp.ref[SceneData],
     surface: wp.ref[Surface],
-    shading: wp.ref[Shading],
-    before: int,
+    before: wp.vec4i,
     direction: wp.vec3,
+    came_from: wp.vec3,
     crosses: bool,
-) -> int:
-    """Return the instance on the wrong side of whose surface a spawned ray starts; -1: none.
+) -> wp.vec4i:
+    """Return the instances on the wrong side of whose surfaces a spawned ray starts; -1: none.
 
     Interpolated normals near a silhouette can mirror a ray to the inside of a glass body, or refract one back out.
     Such a ray is followed where it goes, but what it next does at this body must not depend on that accident: it has
-    entered or not as its parent's reflection or refraction says.
+    entered or not as its parent's reflection or refraction says. Four bodies within one another are kept apart; one
+    more at the same time is told by the geometric side.
 
     Args:
         scene: Shading data.
         surface: Where the ray starts.
-        shading: Its material.
-        before: The parent's leak.
+        before: The parent's leaks.
         direction: Of the ray.
+        came_from: Direction back along the parent.
         crosses: Whether it means to go through the surface.
     """
-    if scene.meshes[surface.mesh].is_closed == 0 or max_component(shading.kt) <= 0.0:
+    if scene.meshes[surface.mesh].is_closed == 0:
         return before
-    has_crossed = wp.dot(surface.n_geometric, direction) * wp.dot(surface.n_geometric, shading.wo) < 0.0
+    has_crossed = wp.dot(surface.n_geometric, direction) * wp.dot(surface.n_geometric, came_from) < 0.0
     if has_crossed == crosses:
         return before
-    return wp.where(before == surface.instance, -1, surface.instance)
+    after = before
+    for k in range(4):
+        if before[k] == surface.instance:
+            after[k] = -1
+            return after
+    for k in range(4):
+        if before[k] < 0:
+            after[k] = surface.instance
+            return after
+    return after
 
 
 @wp.func
@@ -120,11 +131,12 @@ def child_task(
     surface: wp.ref[Surface],
     direction: wp.vec3,
     coefficient: wp.vec3,
-    leaked: int,
+    leaked: wp.vec4i,
 ) -> RayTask:
     """Return the task of a ray that is one level deeper."""
     child = RayTask()
     child.origin = spawn_origin(scene, surface, direction)
+    child.offset = child.origin - surface.position
     child.direction = direction
     child.coefficient = wp.cw_mul(parent.coefficient, coefficient)
     child.weight = parent.weight * max_component(coefficient)
@@ -164,14 +176,14 @@ def push_children(
             direction = task.direction
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
-            leaked = leak(scene, surface, shading, task.leaked, direction, True)
+            leaked = leak(scene, surface, task.leaked, direction, shading.wo, True)
             tasks[top] = child_task(scene, task, surface, direction, kt, leaked)
             tell_push(observer, top, REFRACTION)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(REFLECTION, kr, task, frame, counts, observer):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
-        leaked = leak(scene, surface, shading, task.leaked, mirrored, False)
+        leaked = leak(scene, surface, task.leaked, mirrored, shading.wo, False)
         tasks[top] = child_task(scene, task, surface, mirrored, kr, leaked)
         tell_push(observer, top, REFLECTION)
         top += 1
@@ -221,7 +233,7 @@ def trace_tree(
     eye.weight = 1.0
     eye.depth = 1
     eye.from_instance = -1
-    eye.leaked = -1
+    eye.leaked = NO_LEAK
     tasks[0] = eye
     tell_eye(observer)
     count(counts, PRIMARY)
@@ -240,7 +252,8 @@ def trace_tree(
             if task.depth == 1:
                 alpha += task.weight * behind_alpha
             continue
-        surface = make_surface(scene, hit, task.origin, task.direction)
+        correct_hit(scene, hit, task.offset, task.direction)
+        surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
         shading = eval_material(scene, surface, -task.direction, task.leaked)
         tell_surface(observer, scene, surface, shading)
         if task.depth == 1:
@@ -254,6 +267,7 @@ def trace_tree(
             if task.passes < PASS_LIMIT:
                 onward = task
                 onward.origin = spawn_origin(scene, surface, task.direction)
+                onward.offset = onward.origin - surface.position
                 onward.coefficient = task.coefficient * (1.0 - shading.presence)
                 onward.weight = task.weight * (1.0 - shading.presence)
                 onward.passes = task.passes + 1

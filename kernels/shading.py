@@ -9,7 +9,7 @@ from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_LIMIT
 from .environment import dome_irradiance
 from .light import sample_light
-from .material import MODEL_WHITTED, Shading, eval_material, eval_response
+from .material import MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
 from .observer import Observer, observed
 from .ray_counts import count_shadow
 from .structs import FrameData, SceneData
@@ -56,7 +56,7 @@ def shadow_ray(
         if hit.instance < 0:
             return result
         crossed = make_surface(scene, hit, origin, direction)
-        shading = eval_material(scene, crossed, -direction, -1)
+        shading = eval_material(scene, crossed, -direction, NO_LEAK)
         kt = shading.kt * shading.presence
         if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
             kt = zero

@@ -224,6 +224,9 @@ class RayTask:
     """A ray of the tree that waits to be traced, and what its value will be multiplied by."""
 
     origin: wp.vec3
+    """Where its search begins."""
+    offset: wp.vec3
+    """From the point that it leaves to ``origin``."""
     direction: wp.vec3
     coefficient: wp.vec3
     """Product of the coefficients from the eye to here, per channel."""
@@ -235,8 +238,8 @@ class RayTask:
     from_instance: wp.int32
     """Instance and triangle that the ray starts on; -1: it starts at the eye."""
     from_triangle: wp.int32
-    leaked: wp.int32
-    """Instance of whose surface the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
+    leaked: wp.vec4i
+    """Instances of whose surfaces the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
 
 
 @wp.struct
