@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.image.tone import check_display
-from warp_rt.options import DEFAULT_DEPTH, RenderOptions, check_depths, check_purposes
+from warp_rt.options import (
+    COMPLEXITIES,
+    DEFAULT_DEPTH,
+    RenderOptions,
+    check_depths,
+    check_purposes,
+    refinement_level,
+)
 from warp_rt.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,6 +34,7 @@ def load_scene(
     time: float | None = None,
     default_time: bool = False,
     purposes: tuple[str, ...] | None = None,
+    complexity: str = COMPLEXITIES[0],
 ) -> Scene:
     """Return the scene that a USD stage holds.
 
@@ -36,18 +44,22 @@ def load_scene(
         default_time: Read the default values instead of a time code.
         purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: what the render settings say,
             else ``proxy``.
+        complexity: Of subdivision surfaces: ``low`` draws their cages, as usdrecord does by default; ``medium``,
+            ``high`` and ``veryhigh`` refine them 1, 2 and 3 times, with points and normals of the limit surface.
 
     Raises:
         SceneError: The file cannot be read, or it is neither a path nor a stage.
-        OptionError: A purpose is unknown, or the time makes no sense.
+        OptionError: A purpose or complexity is unknown, or the time makes no sense.
+        LimitError: The stage holds more than can be meant.
     """
     check_purposes(purposes)
+    level = refinement_level(complexity)
     # What makes a stage is told by name, for pxr is not to be loaded here.
     if not isinstance(path_or_stage, str | PathLike) and not hasattr(path_or_stage, "GetPseudoRoot"):
         raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")
     from warp_rt.usd.load import load_stage
 
-    return load_stage(path_or_stage, time=time, default_time=default_time, purposes=purposes)
+    return load_stage(path_or_stage, time=time, default_time=default_time, purposes=purposes, level=level)
 
 
 def render(
@@ -55,6 +67,7 @@ def render(
     *,
     camera: str | None = None,
     time: float | None = None,
+    complexity: str = COMPLEXITIES[0],
     device: str = "auto",
     exposure: float = 0.0,
     tonemap: str = "srgb",
@@ -66,6 +79,7 @@ def render(
         scene: A USD file, an open ``Usd.Stage``, or a :class:`Scene`.
         camera: Path or name of the camera.
         time: Time code; None: the stage's start.
+        complexity: Of subdivision surfaces, see :func:`load_scene`.
         device: ``auto``, ``cpu`` or ``cuda:N``.
         exposure: Stops by which the picture is brightened when it is saved or shown.
         tonemap: Tone curve of 8-bit pictures, ``srgb`` or ``raw``.
@@ -78,7 +92,7 @@ def render(
     from warp_rt.renderer import Renderer
 
     chosen = _options(options)
-    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time, complexity=complexity)
     film = Renderer(loaded, chosen, device=device).render(camera=camera)
     return Image(film, exposure=exposure, tonemap=tonemap)
 

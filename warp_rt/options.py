@@ -18,6 +18,8 @@ SHADOWS = ("auto", "opaque", "transmit")
 BUILDERS = ("sah", "median", "midpoint", "lbvh")
 INTERSECTORS = ("watertight", "moller-trumbore", "plane-projection")
 AOVS = ("color", "depth", "distance", "normal", "position", "uv", "primId", "instanceId", "elementId")
+COMPLEXITIES = ("low", "medium", "high", "veryhigh")
+"""Names of the refinement levels 0 to 3 of subdivision surfaces, as usdrecord has them."""
 PURPOSES = ("default", "render", "proxy", "guide")
 
 DEFAULT_WIDTH = 960  # usdrecord's
@@ -108,6 +110,16 @@ def check_depths(depths: Sequence[Any]) -> tuple[int, ...]:
         if after <= before:
             raise OptionError(f"depths: {after} comes after {before}; they have to grow, such as 1, 2, 3")
     return tuple(int(depth) for depth in depths)
+
+
+def refinement_level(complexity: str) -> int:
+    """Return how often a complexity refines subdivision surfaces.
+
+    Raises:
+        OptionError: There is no such complexity.
+    """
+    _one_of("complexity", complexity, COMPLEXITIES)
+    return COMPLEXITIES.index(complexity)
 
 
 def check_purposes(purposes: Sequence[str] | None) -> None:

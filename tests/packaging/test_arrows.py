@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PARTS = {
     "base": ["errors", "report", "options"],
     "scene": ["scene", "framing", "headlight", "placement", "srgb"],
+    "subdivision": ["subdivision.*"],
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
@@ -32,7 +33,8 @@ PARTS = {
 ARROWS = {
     "base": (),
     "scene": ("base",),
-    "usd": ("base", "scene"),
+    "subdivision": (),
+    "usd": ("base", "scene", "subdivision"),
     "device": ("base", "kernels"),
     "tracing": ("base", "scene", "device", "kernels", "tree"),
     "image": ("base", "scene", "front"),  # front: its version
@@ -44,6 +46,7 @@ ARROWS = {
 LIBRARIES = {
     "base": (),
     "scene": ("numpy",),
+    "subdivision": ("numpy",),
     "usd": ("numpy", "pxr", "PIL", "OpenEXR", "mapbox_earcut"),
     "device": ("warp",),
     "tracing": ("numpy", "warp"),

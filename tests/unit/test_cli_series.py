@@ -103,20 +103,21 @@ def test_depths_that_make_no_series(capfd, depths, said):
 
 def test_what_goes_wrong_leaves_nothing(folder, capfd):
     (folder / "file").write_text("")
+    (folder / "odd.usda").write_text('#usda 1.0\ndef Sphere "s" { token visibility = "maybe"\n}')
     for arguments, code, said in (
         (["none.usda"], 3, "none.usda: no such file"),
         ([str(SCENE), "-o", "file"], 6, "file: is a file, not a folder"),
         ([str(SCENE), "-o", "no/such"], 6, "no/such: the folder no does not exist"),
         ([str(SCENE), "--camera", "Frond"], 3, "Frond"),
         ([str(SCENE), "--device", "cuda:99"], 4, "'cuda:99' is not available"),
-        ([str(SCENE), "--complexity", "high", "--strict"], 3, "--strict: 1 warning"),
+        (["odd.usda", "--strict"], 3, "--strict: 1 warning"),
         ([str(SCENE), "--spp", "1000000", "--time-limit", "0.1"], 5, "time limit"),
     ):
         assert main(["series", *arguments]) == code, arguments
         err = capfd.readouterr().err
         assert said in err
         assert "Traceback" not in err
-    assert {path.name for path in folder.iterdir()} == {"file"}
+    assert {path.name for path in folder.iterdir()} == {"file", "odd.usda"}
 
 
 def test_failures_are_objects_for_json(capfd):

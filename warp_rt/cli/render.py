@@ -124,7 +124,7 @@ def _render(args: argparse.Namespace, options: RenderOptions, shot: _Shot, voice
 
     begin = time.perf_counter()
     files = planned_files(shot.output, args.aov).values()
-    scene, diagnostics = read_stage(args, voice, time=shot.time, outputs=files)
+    scene = read_stage(args, voice, time=shot.time, outputs=files)
     load = time.perf_counter() - begin
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
     with progress_bar(voice.terminal, label) as progress:
@@ -135,4 +135,4 @@ def _render(args: argparse.Namespace, options: RenderOptions, shot: _Shot, voice
     outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output)
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
-    return frame_summary(renderer, film, outputs, seconds, [*diagnostics, *renderer.diagnostics])
+    return frame_summary(renderer, film, outputs, seconds, [*scene.diagnostics, *renderer.diagnostics])

@@ -9,9 +9,7 @@ from typing import Any
 
 from warp_rt.cli.parser import Parser, name, rgb, whole_numbers
 from warp_rt.image.tone import TONE_MAPS
-from warp_rt.options import BUILDERS, INTEGRATORS, INTERSECTORS, SHADOWS, RenderOptions
-
-COMPLEXITIES = ("low", "medium", "high", "veryhigh")
+from warp_rt.options import BUILDERS, COMPLEXITIES, INTEGRATORS, INTERSECTORS, SHADOWS, RenderOptions
 
 
 def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
@@ -37,7 +35,7 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
         "-c",
         choices=COMPLEXITIES,
         default=COMPLEXITIES[0],
-        help="subdivision; higher than low is not supported yet and warns",
+        help="subdivision surfaces: the cage, or refined 1, 2 or 3 times (default: %(default)s)",
     )
     when = view.add_mutually_exclusive_group()
     when.add_argument(

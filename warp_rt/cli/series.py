@@ -106,7 +106,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     start = seconds_since_start()
     voice = Voice(terminal)
     begin = time.perf_counter()
-    scene, diagnostics = read_stage(args, voice, time=args.frame, outputs=files.all())
+    scene = read_stage(args, voice, time=args.frame, outputs=files.all())
     load = time.perf_counter() - begin
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
     films, seconds = [], []
@@ -122,7 +122,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     _make_folder(folder)
     outputs = series.save(folder, extension=args.format)
     stages = {"start": start, "load": load, **renderer.seconds, "write": time.perf_counter() - write}
-    told = [*diagnostics, *renderer.diagnostics]
+    told = [*scene.diagnostics, *renderer.diagnostics]
     result = frame_summary(renderer, films[-1], outputs, {**stages, "total": seconds_since_start()}, told)
     result |= {"depth": args.depths[-1], "rays": sum_rays([film.rays.to_json() for film in films])}
     result["memory"]["peak_bytes"] = peak_memory()

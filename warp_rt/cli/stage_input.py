@@ -13,16 +13,13 @@ from typing import TYPE_CHECKING
 from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OutputError
-from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
     from warp_rt.scene import Scene
 
 
-def read_stage(
-    args: argparse.Namespace, voice: Voice, *, time: float | None, outputs: Iterable[Path]
-) -> tuple[Scene, list[Diagnostic]]:
-    """Return the scene at a time code, and everything that its picture will not show as the stage says it.
+def read_stage(args: argparse.Namespace, voice: Voice, *, time: float | None, outputs: Iterable[Path]) -> Scene:
+    """Return the scene at a time code; everything that its picture will not show as the stage says it has been told.
 
     Args:
         args: Of a parser that has ``render_arguments``.
@@ -36,22 +33,18 @@ def read_stage(
     """
     from warp_rt.api import load_scene
 
-    scene = load_scene(args.scene, time=time, default_time=args.default_time, purposes=args.purposes)
-    diagnostics = [*scene.diagnostics, *_complexity_warning(args)]
-    voice.diagnostics(diagnostics)
-    if args.strict:
-        refuse_warnings(args.scene, diagnostics, are_told=voice.terminal.verbosity >= 0)
-    _spare_inputs(scene, outputs)
-    return scene, diagnostics
-
-
-def _complexity_warning(args: argparse.Namespace) -> list[Diagnostic]:
-    if args.complexity == "low":
-        return []
-    message = (
-        f"complexity {args.complexity} is not supported yet: subdivision surfaces are drawn as their control cages"
+    scene = load_scene(
+        args.scene,
+        time=time,
+        default_time=args.default_time,
+        purposes=args.purposes,
+        complexity=args.complexity,
     )
-    return [Diagnostic("W520", args.scene, message)]
+    voice.diagnostics(scene.diagnostics)
+    if args.strict:
+        refuse_warnings(args.scene, scene.diagnostics, are_told=voice.terminal.verbosity >= 0)
+    _spare_inputs(scene, outputs)
+    return scene
 
 
 def _spare_inputs(scene: Scene, outputs: Iterable[Path]) -> None:

@@ -44,6 +44,7 @@ def load_stage(
     default_time: bool = False,
     purposes: tuple[str, ...] | None = None,
     settings_path: str | None = None,
+    level: int = 0,
 ) -> Scene:
     """Return the scene that a stage shows at one time.
 
@@ -54,6 +55,7 @@ def load_stage(
         purposes: Purposes that are drawn, with ``default`` in any case; None: those of the render settings where
             they are authored, else ``default`` and ``proxy``.
         settings_path: RenderSettings prim; None: the one that the stage's metadata name.
+        level: Refinements of subdivision surfaces.
 
     Raises:
         SceneError: The file is missing or is not USD.
@@ -71,7 +73,7 @@ def load_stage(
         settings, settings_purposes = read_settings(stage, report, settings_path)
         chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
         materials = MaterialReader(stage, code, report)
-        walk = StageWalk(stage, code, frozenset(chosen), materials, report)
+        walk = StageWalk(stage, code, frozenset(chosen), materials, report, level=level)
         group = walk.walk()
         lights, domes = _read_lights(group, materials, code, report)
         cameras = _read_cameras(group, code, report)

@@ -4,17 +4,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
+from warp_rt.subdivision.surface import Surface
+from warp_rt.subdivision.topology import Topology
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin
+from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
 from warp_rt.usd.subsets import read_face_slots
 from warp_rt.usd.triangulate import triangulate
 
@@ -58,17 +61,43 @@ class Polygons:
     indices: np.ndarray
     """int64, shape [c], vertex of every corner of the source; valid for these faces."""
 
+    @property
+    def corners(self) -> np.ndarray:
+        """int64, position in ``indices`` of all corners of these faces, one after the other."""
+        return np.repeat(self.starts, self.counts) + _ranges(self.counts)
+
     def __getitem__(self, chosen: np.ndarray) -> Polygons:
         return Polygons(self.faces[chosen], self.starts[chosen], self.counts[chosen], self.indices)
 
 
-def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin | None = None) -> MeshSource | None:
+@dataclass(frozen=True)
+class _Shape:
+    """The triangles of a mesh, whichever way they came about."""
+
+    points: np.ndarray
+    layout: Layout
+    normals: Primvar | None
+    is_closed: bool
+
+
+def read_mesh(
+    prim: Usd.Prim, time: Usd.TimeCode, report: Report, *, skin: Skin | None = None, level: int = 0
+) -> MeshSource | None:
     """Return the triangles of a mesh prim; None, with a diagnostic, where there is nothing to draw.
 
-    ``skin`` deforms its points and normals.
+    At level 0 a mesh with a smooth subdivision scheme is its control cage with smooth normals, as usdrecord draws it at
+    complexity low; beyond that it is refined as often, and has the points and normals of the limit surface. Normals
+    authored on it do not count (UsdGeomMesh, "Subdivision").
 
-    A mesh with a smooth subdivision scheme is its control cage with smooth normals, as usdrecord draws it at
-    complexity low; normals authored on it do not count (UsdGeomMesh, "Subdivision").
+    Args:
+        prim: The mesh.
+        time: When its attributes are read.
+        report: Takes the diagnostics.
+        skin: Deforms points and normals.
+        level: Refinements of a smooth subdivision surface.
+
+    Raises:
+        LimitError: It would have more faces than can be meant.
     """
     schema = UsdGeom.Mesh(prim)
     path = prim.GetPath()
@@ -86,43 +115,98 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin | N
     is_usable = np.isfinite(points).all(axis=1) & (np.abs(points) <= MAX_COORDINATE).all(axis=1)
     polygons = drawable_polygons(is_usable, counts, indices, str(path), report)
     points = np.where(is_usable[:, None], points, np.float32(0))
-
-    shown = polygons[~_is_hole(schema, len(counts), time, report)[polygons.faces]]
-    corners, rows = triangulate(points, shown.starts, shown.counts, shown.indices)
-    if not len(corners):
-        return None
+    is_shown = ~_is_hole(schema, len(counts), time, report)[polygons.faces]
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
-    is_left_handed = attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded"
-    if is_left_handed:
-        corners = corners[:, [0, 2, 1]]
+    scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
+
+    cage = _cage_shape(points, len(counts), polygons, is_shown)
+    if not len(cage.layout.triangles):
+        return None
+    surface = None
+    if level and scheme in _SMOOTH_SCHEMES:
+        surface = read_surface(prim, level, _cage_topology(len(points), polygons), attributes, time, report)
+    if surface is not None:
+        shape = _refined_shape(cage, surface, polygons, is_shown)
+    elif scheme in _SMOOTH_SCHEMES:
+        # A hole is still part of the surface that the normals belong to.
+        shape = replace(cage, normals=Primvar(smooth_normals(points, polygons), cage.layout.triangles))
+    else:
+        shape = cage
+    if attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded":
+        shape = _turned(shape)
+    if scheme == "none":
+        normals = _read_normals(schema, shape.layout, time, report)
+        if normals is not None and skin is not None:
+            normals = _pose_normals(normals, shape.layout, skin)
+        shape = replace(shape, normals=normals)
+
+    layout, normals = shape.layout, shape.normals
+    slots, subsets = read_face_slots(prim, len(counts), time, report)
+    mesh = Mesh(
+        points=shape.points,
+        triangles=layout.triangles,
+        normals=None if normals is None else repair_normals(normals, shape.points, layout.triangles),
+        primvars=read_primvars(prim, layout, time, report),
+        material_slots=None if slots is None else slots[layout.face_ids],
+        face_ids=None if np.array_equal(layout.face_ids, np.arange(len(layout.triangles))) else layout.face_ids,
+        is_closed=shape.is_closed,
+    )
+    return MeshSource(mesh, subsets)
+
+
+def _cage_shape(points: np.ndarray, face_count: int, polygons: Polygons, is_shown: np.ndarray) -> _Shape:
+    """Return the triangles of the polygons that are shown, without normals."""
+    shown = polygons[is_shown]
+    corners, rows = triangulate(points, shown.starts, shown.counts, shown.indices)
     layout = Layout(
         point_count=len(points),
-        face_count=len(counts),
-        corner_count=len(indices),
-        triangles=indices[corners].astype(np.int32),
+        face_count=face_count,
+        corner_count=len(polygons.indices),
+        triangles=polygons.indices[corners].astype(np.int32),
         face_ids=shown.faces[rows].astype(np.int32),
         corners=corners.astype(np.int32),
     )
-    scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
-    if scheme in _SMOOTH_SCHEMES:
-        # A hole is still part of the surface that the normals belong to.
-        smooth = smooth_normals(points, polygons)
-        normals: Primvar | None = Primvar(-smooth if is_left_handed else smooth, layout.triangles)
-    else:
-        normals = None if scheme == "bilinear" else _read_normals(schema, layout, time, report)
-        if normals is not None and skin is not None:
-            normals = _pose_normals(normals, layout, skin)
-    slots, subsets = read_face_slots(prim, len(counts), time, report)
-    mesh = Mesh(
-        points=points,
-        triangles=layout.triangles,
-        normals=None if normals is None else repair_normals(normals, points, layout.triangles),
-        primvars=read_primvars(prim, layout, time, report),
-        material_slots=None if slots is None else slots[layout.face_ids],
-        face_ids=None if np.array_equal(layout.face_ids, np.arange(len(corners))) else layout.face_ids,
-        is_closed=encloses_volume(points, layout.triangles),
+    return _Shape(points, layout, None, encloses_volume(points, layout.triangles))
+
+
+def _cage_topology(point_count: int, polygons: Polygons) -> Topology:
+    """Return the topology of polygons, without creases."""
+    return Topology(
+        vertex_count=point_count,
+        counts=polygons.counts,
+        corners=polygons.indices[polygons.corners],
+        creases=np.zeros((0, 2), np.int64),
+        crease_sharpness=np.zeros(0),
+        vertex_sharpness=np.zeros(point_count),
     )
-    return MeshSource(mesh, subsets)
+
+
+def _refined_shape(cage: _Shape, surface: Surface, polygons: Polygons, is_shown: np.ndarray) -> _Shape:
+    """Return the triangles of a refined surface, with points and normals of the limit."""
+    points, normals, normal_rows = surface.limit(cage.points.astype(np.float64))
+    corners, faces = refined_triangles(surface, is_shown)
+    layout = RefinedLayout(
+        point_count=cage.layout.point_count,
+        face_count=cage.layout.face_count,
+        corner_count=cage.layout.corner_count,
+        triangles=surface.topology.corners[corners].astype(np.int32),
+        face_ids=polygons.faces[faces].astype(np.int32),
+        corners=corners.astype(np.int32),
+        surface=surface,
+        cage_corners=polygons.corners,
+    )
+    rows = Primvar(normals.astype(np.float32), normal_rows[corners].astype(np.int32))
+    return _Shape(points.astype(np.float32), layout, rows, cage.is_closed and bool(surface.has_surface.all()))
+
+
+def _turned(shape: _Shape) -> _Shape:
+    """Return a shape with its other side out."""
+    swap = [0, 2, 1]
+    layout = replace(shape.layout, triangles=shape.layout.triangles[:, swap], corners=shape.layout.corners[:, swap])
+    normals = shape.normals
+    if normals is not None and normals.indices is not None:
+        normals = Primvar(-normals.values, normals.indices[:, swap])
+    return replace(shape, layout=layout, normals=normals)
 
 
 def drawable_polygons(
@@ -169,7 +253,7 @@ def smooth_normals(points: np.ndarray, polygons: Polygons) -> np.ndarray:
 
     Reference: OpenUSD, Hd_SmoothNormals.
     """
-    corner = np.repeat(polygons.starts, polygons.counts) + _ranges(polygons.counts)
+    corner = polygons.corners
     first = np.repeat(polygons.starts, polygons.counts)
     count = np.repeat(polygons.counts, polygons.counts)
     position = points.astype(np.float64)

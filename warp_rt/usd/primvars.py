@@ -58,6 +58,15 @@ class Layout:
             return np.repeat(self.face_ids[:, None], 3, axis=1)
         return self.corners if interpolation == "faceVarying" else self.triangles
 
+    def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
+        """Return values, shape [k, c], by triangle corner; ``indices`` say which of them each element takes."""
+        elements = self.elements(interpolation)
+        if indices is None:
+            return Primvar(values[:1] if elements is None else values, elements)
+        if elements is None:
+            return Primvar(values[indices[0]][None], None)
+        return Primvar(values, indices.astype(np.int32)[elements])
+
 
 def read_primvars(prim: Usd.Prim, layout: Layout, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
     """Return the prim's own primvars of numbers and vectors, by name; inherited ones and normals are not among them."""
@@ -135,12 +144,7 @@ def lay_out(
     if indices is not None and (indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(values)):
         report.warn(BAD_INDEX, prim, f"{name} left out: an index is outside 0..{len(values) - 1}")
         return None
-    elements = layout.elements(interpolation)
-    if indices is None:
-        return Primvar(values[:1] if elements is None else values, elements)
-    if elements is None:
-        return Primvar(values[indices[0]][None], None)
-    return Primvar(values, indices.astype(np.int32)[elements])
+    return layout.primvar(values, indices, interpolation)
 
 
 def read_constants(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> dict[str, np.ndarray]:

@@ -115,6 +115,7 @@ class StageWalk:
         materials: Gives the material of each prim.
         report: Takes the diagnostics.
         limits: Raise LimitError when exceeded.
+        level: Refinements of subdivision surfaces.
     """
 
     def __init__(
@@ -125,6 +126,7 @@ class StageWalk:
         materials: MaterialReader,
         report: Report,
         limits: Limits | None = None,
+        level: int = 0,
     ) -> None:
         self.meshes: list[Mesh] = []
         self.prims: list[str] = []
@@ -138,6 +140,7 @@ class StageWalk:
         self._materials = materials
         self._report = report
         self._limits = limits or Limits()
+        self._level = level
         self._transforms = UsdGeom.XformCache(time)
         self._skins = SkinReader(time)
         self._mesh_primvars: list[frozenset[str]] = []
@@ -257,7 +260,7 @@ class StageWalk:
         shared = prim.GetPrimInPrototype() if prim.IsInstanceProxy() and skin is None else prim
         key = shared.GetPath()
         if key not in self._sources:
-            source = read_mesh(prim, self._time, self._report, skin)
+            source = read_mesh(prim, self._time, self._report, skin=skin, level=self._level)
             self._sources[key] = None if source is None else (self._add(source.mesh), source)
         known = self._sources[key]
         if known is None:

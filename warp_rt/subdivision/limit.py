@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Points and normals of the limit surface, at the vertices of a refined mesh of quadrilaterals or triangles.
+
+A sector is what lies around a vertex between two creases, or all of it where there are none. Position is a matter of
+the vertex; each sector has a normal of its own, the cross product of two tangents that are weighted sums of the
+neighbours.
+
+References: Halstead, Kass and DeRose (1993), Efficient, fair interpolation using Catmull-Clark surfaces, appendix;
+Biermann, Levin and Zorin (2000), Piecewise smooth subdivision surfaces with normal control, section 3 (creases);
+Hoppe et al. (1994), Piecewise smooth surface reconstruction, appendix A (Loop, the way tangents are found).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from warp_rt.subdivision.refine import loop_beta, sum_rows
+from warp_rt.subdivision.topology import INFINITE, Topology
+
+
+@dataclass(frozen=True, eq=False)
+class Sectors:
+    """The sectors of a topology whose faces all have the same number of corners."""
+
+    sector: np.ndarray
+    """int64, shape [c], sector of each corner."""
+    place: np.ndarray
+    """int64, shape [c], place of the corner in its sector, counter-clockwise from 0."""
+    faces: np.ndarray
+    """int64, shape [s], corners of each sector."""
+    vertex: np.ndarray
+    """int64, shape [s]."""
+    is_closed: np.ndarray
+    """bool, shape [s]: no crease bounds the sector, it is a full ring."""
+
+
+def find_sectors(topology: Topology) -> Sectors:
+    """Return the sectors around all vertices that have faces."""
+    is_sharp = topology.edge_sharpness >= INFINITE
+    # A single crease that ends at a vertex does not part what is around it.
+    ends = topology.sum_at_ends(is_sharp.astype(float))
+    is_dart = (ends == 1) & ~topology.is_boundary_vertex
+    opens = is_sharp[topology.edge] & ~is_dart[topology.corners]
+    onward = _around(topology)  # the next corner of the same vertex, counter-clockwise; -1 across a seam
+    closes = opens[onward] | (onward < 0)
+    count = len(topology.corners)
+    sector = np.full(count, -1)
+    place = np.zeros(count, np.int64)
+    starts = [np.flatnonzero(opens | topology.is_seam[topology.edge])]
+    total = _walk(starts[0], 0, onward, closes, sector, place)
+    # Rings begin at one corner of each vertex; where it is no surface, there are more.
+    rest = np.flatnonzero(sector < 0)
+    while len(rest):
+        rest = rest[np.argsort(~is_sharp[topology.edge[rest]], kind="stable")]
+        _, first = np.unique(topology.corners[rest], return_index=True)
+        starts.append(rest[first])
+        total = _walk(starts[-1], total, onward, closes, sector, place)
+        rest = np.flatnonzero(sector < 0)
+    open_count = len(starts[0])
+    first_corners = np.concatenate(starts)
+    return Sectors(
+        sector=sector,
+        place=place,
+        faces=np.bincount(sector, minlength=total),
+        vertex=topology.corners[first_corners],
+        is_closed=np.arange(total) >= open_count,
+    )
+
+
+def limit(topology: Topology, points: np.ndarray, is_loop: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the limit of points [n, 3], the unit normal of each sector [s, 3], and the sector of each corner [c].
+
+    Points whose sharpness has not worn off yet stay where they are. Normals are zero where tangents have no length.
+    """
+    around = find_sectors(topology)
+    sector, place = around.sector, around.place
+    spoke = points[topology.corners[topology.following]]  # the end of the edge that opens each corner
+    last = points[topology.corners[topology.preceding]]  # of the one that closes it
+    size = int(topology.counts[0])
+    across = points[topology.corners[topology.following[topology.following]]] if size == 4 else np.zeros_like(spoke)
+    faces = around.faces.astype(float)
+    n = faces[sector]
+
+    # Rings.
+    angle = 2 * np.pi / n
+    phase = angle * place
+    if is_loop:
+        edge_weight, face_weight = 1.0, 0.0
+    else:
+        cosine = np.cos(angle)
+        edge_weight = 1 + cosine + np.cos(angle / 2) * np.sqrt(2 * (9 + cosine))
+        face_weight = 1.0
+    ring = []
+    for wave in (np.cos, np.sin):
+        spokes = (edge_weight * wave(phase))[:, None] * spoke
+        diagonals = (face_weight * (wave(phase) + wave(phase + angle)))[:, None] * across
+        ring.append(sum_rows(sector, spokes + diagonals, len(faces)))
+
+    # Between creases.
+    is_first = place == 0
+    is_last = place == faces[sector] - 1
+    vertex = points[around.vertex]
+    begin, end = np.zeros_like(vertex), np.zeros_like(vertex)
+    begin[sector[is_first]] = spoke[is_first]
+    end[sector[is_last]] = last[is_last]
+    second = np.zeros_like(vertex)
+    second[sector[is_first]] = last[is_first]
+    theta = np.pi / n
+    inner = np.where(is_first, 0.0, np.sin(theta * place))[:, None] * spoke
+    slices = (np.sin(theta * place) + np.sin(theta * (place + 1)))[:, None] * across
+    t = (np.pi / faces)[:, None]
+    interior = sum_rows(sector, inner, len(faces))
+    if is_loop:
+        # The left eigenvector of the subdivision matrix whose part for inner spokes is sin(i t).
+        shrink = 0.375 + 0.25 * np.cos(t)
+        outer = np.sin(t) * (0.75 - shrink) - 0.375 / np.tan(t / 2)
+        outer /= 1 - 8 * (0.5 - shrink) * (0.75 - shrink)
+        inward = interior + outer * (begin + end) - (np.sin(t) + 8 * outer * (0.5 - shrink)) * vertex
+    else:
+        r = np.divide(np.cos(t) + 1, np.sin(t), out=np.zeros_like(t), where=faces[:, None] > 1)
+        inward = 4 * interior + sum_rows(sector, slices, len(faces))
+        inward += r * (4 * (np.cos(t) - 1) * vertex - (1 + 2 * np.cos(t)) * (begin + end))
+    inward = np.where((faces == 1)[:, None], begin + end - 2 * vertex, inward)
+
+    kind = _vertex_kinds(topology, around)
+    sector_kind = kind[around.vertex]
+    crease = np.cross(begin - end, inward)
+    corner_normal = np.cross(begin - vertex, second - vertex)
+    smooth = np.cross(ring[0], ring[1])
+    normals = np.select(
+        [(around.is_closed)[:, None], (sector_kind == _CREASE)[:, None]], [smooth, crease], corner_normal
+    )
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+
+    moved = points.astype(np.float64).copy()
+    rings = np.flatnonzero(around.is_closed & (sector_kind == _SMOOTH))
+    spokes = sum_rows(sector, spoke, len(faces))[rings]
+    k = faces[rings][:, None]
+    at = around.vertex[rings]
+    if is_loop:
+        share = 1 / (k + 3 / (8 * loop_beta(k)))
+        moved[at] = (1 - k * share) * points[at] + share * spokes
+    else:
+        diagonals = sum_rows(sector, across, len(faces))[rings]
+        moved[at] = (k * k * points[at] + 4 * spokes + diagonals) / (k * (k + 5))
+    for ring_sector in np.flatnonzero(around.is_closed & (sector_kind == _DART)):
+        inside = np.flatnonzero(sector == ring_sector)
+        inside = inside[np.argsort(place[inside])]
+        at = around.vertex[ring_sector]
+        local = np.concatenate([points[at, None], spoke[inside], across[inside]])
+        masks = dart_masks(len(inside), is_loop) @ local[: 1 + len(inside) * (1 if is_loop else 2)]
+        moved[at] = masks[0]
+        normal = np.cross(masks[1], masks[2])
+        normal *= np.sign(normal @ normals[ring_sector]) or 1.0
+        length = np.linalg.norm(normal)
+        normals[ring_sector] = normal / length if length > 0 else normals[ring_sector]
+    creases = np.flatnonzero(~around.is_closed & (sector_kind == _CREASE))
+    at = around.vertex[creases]
+    moved[at] = (begin[creases] + 4 * points[at] + end[creases]) / 6
+    return moved, normals, sector
+
+
+_SMOOTH, _DART, _CREASE, _CORNER, _WAITING = range(5)
+
+
+@cache
+def dart_masks(valence: int, is_loop: bool) -> np.ndarray:
+    """Return the weights of the limit and of two tangents at the end of a crease: shape [3, 1 + valence (* 2)].
+
+    Columns are the vertex, the ends of its edges from the crease on, and (Catmull-Clark) the corners across its faces.
+    They are the left eigenvectors of the matrix that takes these to the same of the next level, for its three largest
+    eigenvalues.
+    """
+    n = valence
+    matrix = np.zeros((1 + n, 1 + n)) if is_loop else np.zeros((1 + 2 * n, 1 + 2 * n))
+    edge, face = np.eye(len(matrix))[1 : 1 + n], np.eye(len(matrix))[1 + n :]
+    vertex = np.eye(len(matrix))[0]
+    before, after = np.roll(edge, 1, axis=0), np.roll(edge, -1, axis=0)
+    if is_loop:
+        beta = loop_beta(np.array(float(n)))
+        matrix[0] = (1 - n * beta) * vertex + beta * edge.sum(axis=0)
+        matrix[1:] = 0.375 * (vertex + edge) + 0.125 * (before + after)
+    else:
+        middle = (vertex + edge + after + face) / 4  # face points; face i lies between edges i and i + 1
+        matrix[0] = ((n - 2) * vertex + edge.mean(axis=0) + middle.mean(axis=0)) / n
+        matrix[1 : 1 + n] = (vertex + edge + middle + np.roll(middle, 1, axis=0)) / 4
+        matrix[1 + n :] = middle
+    matrix[1] = (vertex + edge[0]) / 2
+    values, vectors = np.linalg.eig(matrix.T)
+    order = np.argsort(-np.abs(values))[:3]
+    masks = np.real(vectors[:, order]).T
+    masks[0] /= masks[0].sum()
+    return masks
+
+
+def _vertex_kinds(topology: Topology, around: Sectors) -> np.ndarray:
+    """Return which limit rule each vertex takes; _WAITING where sharpness has still to wear off."""
+    is_sharp = topology.edge_sharpness >= INFINITE
+    ends = topology.sum_at_ends(is_sharp.astype(float))
+    partly = topology.sum_at_ends(((topology.edge_sharpness > 0) & ~is_sharp).astype(float)) > 0
+    partly |= (topology.vertex_sharpness > 0) & (topology.vertex_sharpness < INFINITE)
+    sectors = np.bincount(around.vertex, minlength=topology.vertex_count)
+    closed = np.bincount(around.vertex, around.is_closed, topology.vertex_count)
+    kind = np.full(topology.vertex_count, _CORNER)
+    kind[(closed == 1) & (sectors == 1)] = _SMOOTH
+    kind[(kind == _SMOOTH) & (ends == 1)] = _DART
+    # Two creases bound one sector on a boundary, two within the surface.
+    kind[(ends == 2) & (closed == 0) & (sectors == np.where(topology.is_boundary_vertex, 1, 2))] = _CREASE
+    kind[partly & (kind != _CORNER)] = _WAITING
+    kind[topology.vertex_sharpness >= INFINITE] = _CORNER
+    return kind
+
+
+def _around(topology: Topology) -> np.ndarray:
+    """Return the next corner of the same vertex, counter-clockwise, int64, shape [c]; -1 where a seam is in between."""
+    order = np.argsort(topology.edge, kind="stable")
+    is_joined = ~topology.is_seam[topology.edge[order]]
+    pairs = order[is_joined].reshape(-1, 2)  # both corners of an edge that joins two faces
+    twin = np.full(len(topology.corners), -1)
+    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    return twin[topology.preceding]
+
+
+def _walk(
+    starts: np.ndarray, first: int, onward: np.ndarray, closes: np.ndarray, sector: np.ndarray, place: np.ndarray
+) -> int:
+    """Number the sectors that begin at some corners; return the number after the last."""
+    ids = first + np.arange(len(starts))
+    at, step = starts, 0
+    while len(at):
+        fresh = sector[at] < 0
+        at, ids = at[fresh], ids[fresh]
+        sector[at], place[at] = ids, step
+        goes_on = ~closes[at]
+        at, ids = onward[at[goes_on]], ids[goes_on]
+        step += 1
+    return first + len(starts)

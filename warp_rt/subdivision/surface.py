@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A subdivision surface, refined: its limit points and normals, and the values that are interpolated over it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from warp_rt.subdivision.face_varying import RULES, seam_topology
+from warp_rt.subdivision.limit import limit
+from warp_rt.subdivision.refine import Step
+from warp_rt.subdivision.topology import INFINITE, Topology
+
+BOUNDARIES = ("edgeAndCorner", "edgeOnly", "none")
+"""Tokens of ``interpolateBoundary``, the default first."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rules:
+    """What UsdGeomMesh says of a subdivision surface, by its tokens."""
+
+    is_loop: bool = False
+    boundary: str = BOUNDARIES[0]
+    face_varying: str = RULES[0]
+    smooth_triangles: bool = False
+
+
+class Surface:
+    """A cage refined so many times.
+
+    Args:
+        cage: Its topology; of triangles for Loop's scheme.
+        rules: How it is refined.
+        level: Number of refinements, at least 1.
+    """
+
+    def __init__(self, cage: Topology, rules: Rules, level: int) -> None:
+        self.rules = rules
+        self.level = level
+        sharpness = cage.vertex_sharpness
+        if rules.boundary == BOUNDARIES[0]:
+            is_corner = cage.is_boundary_vertex & (cage.vertex_face_count == 1)
+            sharpness = np.where(is_corner, INFINITE, sharpness)
+        self.cage = Topology(
+            cage.vertex_count, cage.counts, cage.corners, cage.creases, cage.crease_sharpness, sharpness
+        )
+        self._steps = self._refine(self.cage)
+
+    @property
+    def topology(self) -> Topology:
+        """Of the refined mesh."""
+        return self._steps[-1].child
+
+    @cached_property
+    def cage_face(self) -> np.ndarray:
+        """The cage's face that each refined face is part of: int64, shape [f]."""
+        face = self._steps[-1].parent_face
+        for step in reversed(self._steps[:-1]):
+            face = step.parent_face[face]
+        return face
+
+    @property
+    def has_surface(self) -> np.ndarray:
+        """Whether each face of the cage has a surface: without boundary rules, those at the boundary have none."""
+        if self.rules.boundary != "none":
+            return np.ones(len(self.cage.counts), bool)
+        touches = np.bincount(self.cage.face, self.cage.is_boundary_vertex[self.cage.corners], len(self.cage.counts))
+        return touches == 0
+
+    def limit(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return limit points of the cage's [n, 3], unit normals, and the normal of each refined corner."""
+        refined = self.smooth(points)
+        return limit(self.topology, refined, self.rules.is_loop)
+
+    def smooth(self, values: np.ndarray) -> np.ndarray:
+        """Return values of vertices, shape [n, k], at the refined vertices, by the rules that points follow."""
+        for step in self._steps:
+            values = step.smooth(values)
+        return values
+
+    def linear(self, values: np.ndarray) -> np.ndarray:
+        """Return values of vertices, shape [n, k], at the refined vertices, by linear interpolation."""
+        for step in self._steps:
+            values = step.linear(values)
+        return values
+
+    def face_varying(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return refined values of the cage's corners, shape [c, k], and the row of each refined corner."""
+        seams, values = seam_topology(self.cage, values, self.rules.face_varying)
+        steps = self._refine(seams)
+        for step in steps:
+            values = step.linear(values) if self.rules.face_varying == "all" else step.smooth(values)
+        return values, steps[-1].child.corners
+
+    def _refine(self, topology: Topology) -> list[Step]:
+        steps = [Step(topology, self.rules.is_loop, self.rules.smooth_triangles)]
+        for _ in range(self.level - 1):
+            steps.append(Step(steps[-1].child, self.rules.is_loop))
+        return steps

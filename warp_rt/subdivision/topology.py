@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Faces, edges and their sharpness: what a subdivision rule looks at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+INFINITE = 10.0
+"""Sharpness that no refinement wears off (UsdGeomMesh: SHARPNESS_INFINITE)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Faces over vertices, with the sharpness of edges and vertices.
+
+    A corner is a vertex of a face; corners of a face lie one after the other, and a corner also stands for the edge
+    that leads from it to the next.
+    """
+
+    vertex_count: int
+    counts: np.ndarray
+    """int64, shape [f], corners of each face, three or more."""
+    corners: np.ndarray
+    """int64, shape [c], vertex of each corner."""
+    creases: np.ndarray
+    """int64, shape [k, 2], ends of the edges that are sharp."""
+    crease_sharpness: np.ndarray
+    """float64, shape [k]."""
+    vertex_sharpness: np.ndarray
+    """float64, shape [vertex_count]; that of boundaries is not among it."""
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """First corner of each face, int64, shape [f]."""
+        return np.cumsum(self.counts) - self.counts
+
+    @cached_property
+    def face(self) -> np.ndarray:
+        """Face of each corner, int64, shape [c]."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    @cached_property
+    def following(self) -> np.ndarray:
+        """The next corner of the same face, int64, shape [c]."""
+        following = np.arange(1, len(self.corners) + 1)
+        following[self.starts + self.counts - 1] = self.starts
+        return following
+
+    @cached_property
+    def preceding(self) -> np.ndarray:
+        """The corner before of the same face, int64, shape [c]."""
+        preceding = np.empty_like(self.following)
+        preceding[self.following] = np.arange(len(self.corners))
+        return preceding
+
+    @cached_property
+    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
+        ends = np.sort(np.stack([self.corners, self.corners[self.following]], axis=1), axis=1)
+        keys, edge = np.unique(self._key(ends), return_inverse=True)
+        return np.stack(np.divmod(keys, max(self.vertex_count, 1)), axis=1), edge.reshape(-1)
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Both ends of each edge, the lower first, in rising order: int64, shape [e, 2]."""
+        return self._edges[0]
+
+    @property
+    def edge(self) -> np.ndarray:
+        """Edge of each corner, int64, shape [c]."""
+        return self._edges[1]
+
+    @cached_property
+    def edge_face_count(self) -> np.ndarray:
+        """Faces at each edge, int64, shape [e]."""
+        return np.bincount(self.edge, minlength=len(self.edges))
+
+    @cached_property
+    def is_seam(self) -> np.ndarray:
+        """Whether an edge joins no two faces that agree on a side, shape [e]: boundaries, and what is no surface."""
+        is_forward = self.corners < self.corners[self.following]
+        forward = np.bincount(self.edge, is_forward, len(self.edges))
+        return (self.edge_face_count != 2) | (forward != 1)
+
+    @cached_property
+    def edge_sharpness(self) -> np.ndarray:
+        """Sharpness of each edge, float64, shape [e]; boundaries and edges that join no two faces are infinite."""
+        sharpness = np.zeros(len(self.edges))
+        if len(self.creases) and len(self.edges):
+            wanted = self._key(np.sort(self.creases, axis=1))
+            keys = self._key(self.edges)
+            row = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+            found = keys[row] == wanted
+            np.maximum.at(sharpness, row[found], self.crease_sharpness[found])
+        return np.where(self.is_seam, INFINITE, sharpness)
+
+    @cached_property
+    def vertex_face_count(self) -> np.ndarray:
+        """Corners at each vertex, int64, shape [vertex_count]."""
+        return np.bincount(self.corners, minlength=self.vertex_count)
+
+    def sum_at_ends(self, values: np.ndarray) -> np.ndarray:
+        """Return for each vertex the sum of a number of its edges, shape [vertex_count]."""
+        return np.bincount(self.edges.reshape(-1), np.repeat(values, 2), self.vertex_count)
+
+    @cached_property
+    def is_boundary_vertex(self) -> np.ndarray:
+        """Whether a seam edge ends at a vertex, shape [vertex_count]."""
+        return self.sum_at_ends(self.is_seam.astype(float)) > 0
+
+    def _key(self, ends: np.ndarray) -> np.ndarray:
+        return ends[:, 0] * np.int64(max(self.vertex_count, 1)) + ends[:, 1]
+
+
+def wear(sharpness: np.ndarray) -> np.ndarray:
+    """Return what one refinement leaves of sharpness."""
+    return np.where(sharpness >= INFINITE, INFINITE, np.maximum(sharpness - 1.0, 0.0))
