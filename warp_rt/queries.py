@@ -12,12 +12,12 @@ import warp as wp
 
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
-from warp_rt.kernels import query
-from warp_rt.kernels.bvh_structs import Stacks
+from warp_rt.kernels import constants, query, query_group
+from warp_rt.ray_span import make_ray_span
 from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
-_CPU_TILE = 8192  # rays of one launch: about a millisecond, so that threads finish together and Ctrl-C is heard
+_CPU_SPANS = 32  # spans of rays of one launch: a few milliseconds, so that Ctrl-C is heard
 _GPU_TILE = 1 << 18  # rays of one launch: each has a stack of its own
 
 
@@ -37,6 +37,10 @@ class Hits:
     """float32, weight of its third."""
 
 
+_GROUP_KERNELS = {
+    query.query_closest_hit: query_group.query_closest_hit_group,
+    query.query_any_hit: query_group.query_any_hit_group,
+}
 _HIT_TYPES = {"t": wp.float32, "u": wp.float32, "v": wp.float32, "triangle": wp.int32, "instance": wp.int32}
 
 
@@ -199,25 +203,47 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         raise OptionError(f"threads: {threads} is less than 1")
     if rays.count == 0:
         return
-    load_module(query, accel.device)
     is_cpu = accel.device == "cpu"
-    tile = _CPU_TILE if is_cpu else _GPU_TILE
-    starts = range(0, rays.count, tile)
+    group_kernel = _GROUP_KERNELS.get(kernel) if is_cpu and accel.data.intersector == constants.WATERTIGHT else None
+    load_module(query if group_kernel is None else query_group, accel.device)
     workers = Workers(threads if is_cpu else 1)
+    tile = _cpu_tile(rays.count, workers.count) if is_cpu else _GPU_TILE
+    starts = range(0, rays.count, tile)
     workers.count = min(workers.count, len(starts))
+    arrays = [accel.table, rays.origins, rays.directions, rays.t_max]
 
-    def record() -> tuple[wp.Launch, Stacks]:
-        # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
-        # It does not keep its arguments alive: the stacks go with it.
-        stacks = make_stacks(accel, 1 if is_cpu else min(tile, rays.count))
-        inputs = [accel.table, rays.origins, rays.directions, rays.t_max, stacks, 0]
-        command = wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True)
-        return command, stacks
+    # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
+    # It does not keep its arguments alive: the scratch memory goes with it.
+    def record() -> tuple[wp.Launch, Any]:
+        scratch = make_stacks(accel, 1 if is_cpu else min(tile, rays.count))
+        inputs = [*arrays, scratch, 0]
+        return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True), scratch
 
-    def run(start: int, scratch: tuple[wp.Launch, Stacks]) -> None:
-        command, _ = scratch
+    def run(start: int, recorded: tuple[wp.Launch, Any]) -> None:
+        command, _ = recorded
         command.set_dim(min(tile, rays.count - start))
         command.set_param_at_index(5, start)
         command.launch()
 
-    workers.map(run, starts, record)
+    def record_group() -> tuple[wp.Launch, Any]:
+        scratch = make_ray_span(accel)
+        inputs = [*arrays, scratch, 0, 0]
+        return wp.launch(group_kernel, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True), scratch
+
+    def run_group(start: int, recorded: tuple[wp.Launch, Any]) -> None:
+        command, _ = recorded
+        count = min(tile, rays.count - start)
+        command.set_dim(-(-count // constants.GROUP_SPAN))
+        command.set_param_at_index(5, start)
+        command.set_param_at_index(6, count)
+        command.launch()
+
+    if group_kernel is None:
+        workers.map(run, starts, record)
+    else:
+        workers.map(run_group, starts, record_group)
+
+
+def _cpu_tile(count: int, workers: int) -> int:
+    """Return the rays of one launch: enough of them for threads to finish together, a few milliseconds at most."""
+    return min(max(count // (8 * workers) // constants.GROUP_SPAN, 1), _CPU_SPANS) * constants.GROUP_SPAN

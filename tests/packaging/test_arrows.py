@@ -21,7 +21,7 @@ PARTS = {
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
-        *("forest", "accel", "queries", "dome", "device_lights", "device_scene"),
+        *("forest", "accel", "queries", "ray_span", "dome", "device_lights", "device_scene"),
         *("film", "film_buffers", "film_camera", "frame", "renderer", "tree_recording"),
     ],
     "image": ["image.*"],

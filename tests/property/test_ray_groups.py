@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Rays that are taken in groups find what each of them finds alone: the same triangle, and the same bits of its hit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import warp as wp
+
+import warp_rt
+from warp_rt.accel import Accel, make_stacks
+from warp_rt.kernels import query
+from warp_rt.kernels.constants import GROUP, GROUP_SPAN
+from warp_rt.queries import Hits
+from warp_rt.scene import Scene
+
+from ..aimed_rays import edge_rays
+from ..meshes import octasphere, soup, torus
+from ..reference.test_queries import instanced_scene, rays_at
+
+SCENES = {
+    "sphere": Scene.from_arrays(*octasphere(5)),
+    "torus": Scene.from_arrays(*torus(48, 24)),
+    "soup": Scene.from_arrays(*soup(20_000, 1, size=0.05)),
+    "one triangle": Scene.from_arrays(*soup(1, 2)),
+    "instances": instanced_scene(3),
+    "instances far away": instanced_scene(4, spread=30.0),
+    "nothing": Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int)),
+}
+
+
+def each_alone(accel: Accel, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> tuple[Hits, np.ndarray]:
+    """Return the closest hits and the any hits that the kernels for single rays find."""
+    count = len(origins)
+    rays = [wp.array(origins - accel.origin, dtype=wp.vec3), wp.array(directions, dtype=wp.vec3)]
+    inputs = [accel.table, *rays, wp.array(t_max, dtype=float), make_stacks(accel), 0]
+    floats = [wp.empty(count, dtype=float) for _ in range(3)]
+    ints = [wp.empty(count, dtype=int) for _ in range(2)]
+    blocked = wp.empty(count, dtype=wp.bool)
+    wp.launch(query.query_closest_hit, count, inputs=inputs, outputs=[*floats, *ints])
+    wp.launch(query.query_any_hit, count, inputs=inputs, outputs=[blocked])
+    t, u, v = (array.numpy() for array in floats)
+    return Hits(t, *(array.numpy() for array in ints), u, v), blocked.numpy()
+
+
+def check(
+    accel: Accel, origins: np.ndarray, directions: np.ndarray, t_max: object = np.inf, ties: float = 0.001
+) -> Hits:
+    ends = np.broadcast_to(np.float32(t_max), len(origins)).copy()
+    expected, blocked = each_alone(accel, origins, directions, ends)
+    hits = warp_rt.closest_hit(accel, origins, directions, t_max)
+    # Where triangles meet, either of them may come: a box is culled by what was found before, and rounding.
+    same = hits.triangle == expected.triangle
+    assert (~same).mean() <= ties
+    np.testing.assert_allclose(hits.t[~same], expected.t[~same], rtol=1e-6)
+    for name in ("t", "u", "v", "instance"):
+        np.testing.assert_array_equal(getattr(hits, name)[same], getattr(expected, name)[same])
+    np.testing.assert_array_equal(warp_rt.any_hit(accel, origins, directions, t_max), blocked)
+    np.testing.assert_array_equal(blocked, expected.instance >= 0)
+    return hits
+
+
+def pencil(scene: Scene, count: int, spread: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return bundles of 64 rays each: from a common point (spread 0) or from around it, through a patch."""
+    rng = np.random.default_rng(seed)
+    rays = -(-count // 64)
+    eye = 4 * rng.normal(size=(rays, 1, 3)) + spread * rng.normal(size=(rays, 64, 3))
+    target = rng.normal(size=(rays, 1, 3)) + 0.3 * rng.normal(size=(rays, 64, 3))
+    return eye.reshape(-1, 3)[:count].astype(np.float32), (target - eye).reshape(-1, 3)[:count].astype(np.float32)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("spread", [0.0, 0.3])
+def test_bundles_of_rays(name: str, spread: float) -> None:
+    accel = warp_rt.build_accel(SCENES[name])
+    rays = pencil(SCENES[name], 20_000, spread, seed=1)
+    check(accel, *rays)
+    ends = np.random.default_rng(2).choice(np.float32([0.5, 0.9, 1.1, np.inf, 0, -1, np.nan]), len(rays[0]))
+    check(accel, *rays, ends)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_rays_in_any_direction(name: str) -> None:
+    shape = octasphere(5) if name == "sphere" else torus(48, 24)
+    check(warp_rt.build_accel(SCENES[name]), *rays_at(shape, 20_000, seed=3))
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus"])
+def test_rays_at_edges(name: str) -> None:
+    shape = octasphere(5) if name == "sphere" else torus(48, 24)
+    rays = edge_rays(*shape, 30_000, seed=4, is_ring=name == "torus")
+    hits = check(warp_rt.build_accel(SCENES[name]), *rays, ties=0.1)
+    assert (hits.instance == 0).mean() > 0.99
+
+
+@pytest.mark.parametrize("count", [1, 2, GROUP - 1, GROUP, GROUP + 1, GROUP_SPAN - 1, GROUP_SPAN + 1, 5000])
+def test_any_number_of_rays(count: int) -> None:
+    check(warp_rt.build_accel(SCENES["instances"]), *pencil(SCENES["instances"], count, 0.1, seed=5))
+
+
+@pytest.mark.parametrize("name", ["sphere", "instances"])
+def test_rays_that_are_none_do_not_disturb_their_neighbours(name: str) -> None:
+    origins, directions = pencil(SCENES[name], 20_000, 0.1, seed=6)
+    rng = np.random.default_rng(7)
+    bad = rng.uniform(size=len(origins)) < 0.2
+    values = rng.choice(np.float32([np.nan, np.inf, -np.inf, 0, -0.0, 1e25, -1e25, 1e-40]), (bad.sum(), 6))
+    kept = rng.uniform(size=values.shape) < 0.5
+    both = np.concatenate([origins, directions], axis=1)
+    both[bad] = np.where(kept, both[bad], values)
+    check(warp_rt.build_accel(SCENES[name]), both[:, :3].copy(), both[:, 3:].copy())
+    directions[bad] = 0
+    check(warp_rt.build_accel(SCENES[name]), origins, directions)
+
+
+def test_parallel_rays_along_axes() -> None:
+    """Two components of zero, of both signs: their inverses are huge, and no difference may become NaN."""
+    grid = np.linspace(-1.2, 1.2, 97, dtype=np.float32)
+    u, v = (c.reshape(-1) for c in np.meshgrid(grid, grid))
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            origins = np.stack([np.full_like(u, -2 * sign), u, v], axis=1)
+            directions = np.stack([np.full_like(u, sign), 0 * u, -0.0 * v], axis=1)
+            for scene in (SCENES["sphere"], SCENES["instances"]):
+                check(warp_rt.build_accel(scene), np.roll(origins, axis, axis=1), np.roll(directions, axis, axis=1))
+
+
+def test_deep_trees_do_not_overflow_stacks() -> None:
+    count = 4000
+    corners = soup(count, 1)[0].reshape(-1, 3, 3) * 2.0 ** -np.linspace(0, 120, count)[:, None, None]
+    accel = warp_rt.build_accel(
+        Scene.from_arrays(corners.reshape(-1, 3), np.arange(3 * count, dtype=np.int32).reshape(-1, 3)), bvh="midpoint"
+    )
+    rng = np.random.default_rng(8)
+    origins = rng.uniform(0.5, 1, (6400, 3)).astype(np.float32)
+    check(accel, origins, (2.0 ** -rng.uniform(0, 40, (6400, 1)) * rng.uniform(0, 1, (6400, 3)) - origins).astype("f"))
