@@ -8,9 +8,11 @@ The tree depends on the references and the builder alone, never on how ranges we
 
 import warp as wp
 
-from .bounds import box_half_area, widest_axis
-from .bvh_structs import BinaryNode, BuildRange, Reference
-from .constants import BUILD_STACK, MIN_EXTENT, SAH_BINS, SAH_BINS_SMALL, SAH_SMALL_COUNT
+from .bounds import widest_axis
+from .bvh_collapse import evaluate_costs
+from .bvh_sah import partition_slices, slices_per_unit, split_sah, xyz
+from .bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange, Reference
+from .constants import BUILD_STACK, SAH_BINS
 from .morton import morton_code
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -21,197 +23,47 @@ MIDPOINT = wp.constant(2)
 LBVH = wp.constant(3)
 
 
-@wp.struct
-class Bin:
-    """References whose centroids fall into one slice of the range's centroid box."""
-
-    low: wp.vec4
-    high: wp.vec4
-    count: int
-
-
-@wp.func
-def xyz(v: wp.vec4) -> wp.vec3:
-    """Return a vector without its w."""
-    return wp.vec3(v[0], v[1], v[2])
-
-
-@wp.func
-def half_area(low: wp.vec4, high: wp.vec4) -> float:
-    """Return half the surface area of a box."""
-    return box_half_area(xyz(low), xyz(high))
-
-
-@wp.func
-def empty_range() -> BuildRange:
-    """Return a range without references: boxes that any union replaces."""
-    inf4 = wp.vec4(wp.inf, wp.inf, wp.inf, wp.inf)
-    result = BuildRange()
-    result.low = inf4
-    result.high = -inf4
-    result.centroid_low = inf4
-    result.centroid_high = -inf4
-    return result
-
-
-@wp.func
-def measure_range(references: wp.array[Reference], first: int, count: int) -> BuildRange:
-    """Return references [first, first + count) as a range with its boxes."""
-    result = empty_range()
-    result.first = first
-    result.count = count
-    for i in range(first, first + count):
-        reference = references[i]
-        centroid = reference.low + reference.high
-        result.low = wp.min(result.low, reference.low)
-        result.high = wp.max(result.high, reference.high)
-        result.centroid_low = wp.min(result.centroid_low, centroid)
-        result.centroid_high = wp.max(result.centroid_high, centroid)
-    return result
-
-
-@wp.func
-def slices_per_unit(work: BuildRange, count: int) -> wp.vec3:
-    """Return how many of ``count`` slices of the centroid box go into a unit of length; 0 where it has no extent."""
-    extent = xyz(work.centroid_high - work.centroid_low)
-    scale = wp.vec3()
-    for axis in range(3):
-        if extent[axis] > MIN_EXTENT:
-            # A little less than count, so that the far end falls into the last slice.
-            scale[axis] = (float(count) - 0.001) / extent[axis]
-    return scale
-
-
-@wp.func
-def slice_of(reference: Reference, work: BuildRange, scale: wp.vec3, axis: int) -> int:
-    """Return the slice of the centroid box that a reference's centroid is in."""
-    return int((reference.low[axis] + reference.high[axis] - work.centroid_low[axis]) * scale[axis])
-
-
-@wp.func
-def partition_slices(
-    references: wp.array[Reference],
-    work: BuildRange,
-    scale: wp.vec3,
-    axis: int,
-    last_left: int,
-    halves: wp.array[BuildRange],
-) -> int:
-    """Move references of slices up to ``last_left`` to the front and return the first of the others.
-
-    Sets the centroid boxes of both halves.
-    """
-    left_low = wp.vec4(wp.inf)
-    left_high = wp.vec4(-wp.inf)
-    right_low = wp.vec4(wp.inf)
-    right_high = wp.vec4(-wp.inf)
-    i = int(work.first)
-    j = int(work.first + work.count)
-    while i < j:
-        reference = references[i]
-        centroid = reference.low + reference.high
-        if slice_of(reference, work, scale, axis) <= last_left:
-            left_low = wp.min(left_low, centroid)
-            left_high = wp.max(left_high, centroid)
-            i += 1
-        else:
-            right_low = wp.min(right_low, centroid)
-            right_high = wp.max(right_high, centroid)
-            j -= 1
-            references[i] = references[j]
-            references[j] = reference
-    halves[0].centroid_low = left_low
-    halves[0].centroid_high = left_high
-    halves[1].centroid_low = right_low
-    halves[1].centroid_high = right_high
-    return i
+@wp.func_native(
+    r"""
+    const float inf = INFINITY;
+    float low[4] = {inf, inf, inf, inf}, high[4] = {-inf, -inf, -inf, -inf};
+    float centroid_low[4] = {inf, inf, inf, inf}, centroid_high[4] = {-inf, -inf, -inf, -inf};
+    for (int i = first; i < first + count; ++i) {
+        const auto reference = references.data[i];
+        for (int k = 0; k < 3; ++k) {
+            const float a = reference.low[k], b = reference.high[k], centroid = a + b;
+            low[k] = a < low[k] ? a : low[k];
+            high[k] = b > high[k] ? b : high[k];
+            centroid_low[k] = centroid < centroid_low[k] ? centroid : centroid_low[k];
+            centroid_high[k] = centroid > centroid_high[k] ? centroid : centroid_high[k];
+        }
+    }
+    for (int k = 0; k < 3; ++k) {
+        ranges.data[at].low[k] = low[k];
+        ranges.data[at].high[k] = high[k];
+        ranges.data[at].centroid_low[k] = centroid_low[k];
+        ranges.data[at].centroid_high[k] = centroid_high[k];
+    }
+    ranges.data[at].first = first;
+    ranges.data[at].count = count;
+"""
+)
+def measure_range(references: wp.array[Reference], first: int, count: int, ranges: wp.array[BuildRange], at: int):
+    """Set element ``at`` of ``ranges`` to references [first, first + count) with their boxes."""
+    ...
 
 
 # --- splits: each returns the first reference of the right half, or -1 for a range that it cannot tell apart
 
 
 @wp.func
-def fill_bins(references: wp.array[Reference], work: BuildRange, scale: wp.vec3, bin_count: int, bins: wp.array[Bin]):
-    """Sort a range's references into ``bin_count`` bins along each axis; bins of an axis follow each other."""
-    for b in range(3 * bin_count):
-        bins[b].low = wp.vec4(wp.inf)
-        bins[b].high = wp.vec4(-wp.inf)
-        bins[b].count = 0
-    for i in range(work.first, work.first + work.count):
-        reference = references[i]
-        for axis in range(3):
-            b = axis * bin_count + slice_of(reference, work, scale, axis)
-            bins[b].low = wp.min(bins[b].low, reference.low)
-            bins[b].high = wp.max(bins[b].high, reference.high)
-            bins[b].count += 1
-
-
-@wp.func
-def packet_count(count: int, leaf_size: int) -> float:
-    """Return how many leaf packets hold ``count`` references."""
-    return float((count + leaf_size - 1) // leaf_size)
-
-
-@wp.func
-def split_sah(
+def split_midpoint(
     references: wp.array[Reference],
+    spare: wp.array[Reference],
+    spare_first: int,
     work: BuildRange,
-    leaf_size: int,
-    bins: wp.array[Bin],
-    right_costs: wp.array[float],
     halves: wp.array[BuildRange],
 ) -> int:
-    """Split where half area times number of leaf packets, summed over both halves, is least; sets both halves' boxes.
-
-    Counting packets of ``leaf_size`` references instead of references fills the packets.
-
-    Reference: Wald (2007), On Fast Construction of SAH-based Bounding Volume Hierarchies, IEEE Symposium on
-    Interactive Ray Tracing, section 3; the cost by blocks after Embree's heuristic_binning.h.
-    """
-    bin_count = wp.where(work.count <= SAH_SMALL_COUNT, SAH_BINS_SMALL, SAH_BINS)
-    scale = slices_per_unit(work, bin_count)
-    fill_bins(references, work, scale, bin_count, bins)
-    best_cost = float(wp.inf)
-    best_axis = int(-1)
-    best_bin = int(0)
-    for axis in range(3):
-        if scale[axis] > 0.0:
-            base = axis * bin_count
-            low = wp.vec4(wp.inf)
-            high = wp.vec4(-wp.inf)
-            count = int(0)
-            for step in range(bin_count - 1):
-                b = bin_count - 1 - step
-                low = wp.min(low, bins[base + b].low)
-                high = wp.max(high, bins[base + b].high)
-                count += bins[base + b].count
-                right_costs[b] = half_area(low, high) * packet_count(count, leaf_size)
-            low = wp.vec4(wp.inf)
-            high = wp.vec4(-wp.inf)
-            count = int(0)
-            for b in range(bin_count - 1):
-                low = wp.min(low, bins[base + b].low)
-                high = wp.max(high, bins[base + b].high)
-                count += bins[base + b].count
-                if count > 0 and count < work.count:
-                    cost = half_area(low, high) * packet_count(count, leaf_size) + right_costs[b + 1]
-                    if cost < best_cost:
-                        best_cost = cost
-                        best_axis = axis
-                        best_bin = b
-    if best_axis < 0:
-        return -1
-    halves[0] = empty_range()
-    halves[1] = empty_range()
-    for b in range(bin_count):
-        side = wp.where(b <= best_bin, 0, 1)
-        halves[side].low = wp.min(halves[side].low, bins[best_axis * bin_count + b].low)
-        halves[side].high = wp.max(halves[side].high, bins[best_axis * bin_count + b].high)
-    return partition_slices(references, work, scale, best_axis, best_bin, halves)
-
-
-@wp.func
-def split_midpoint(references: wp.array[Reference], work: BuildRange, halves: wp.array[BuildRange]) -> int:
     """Split at the middle of the centroid box's longest side.
 
     Reference: Komura, Computer Graphics, lecture 10, Where to split objects? At midpoint.
@@ -220,7 +72,7 @@ def split_midpoint(references: wp.array[Reference], work: BuildRange, halves: wp
     scale = slices_per_unit(work, 2)
     if scale[axis] == 0.0:
         return -1
-    return partition_slices(references, work, scale, axis, 0, halves)
+    return partition_slices(references, spare, spare_first, work, scale, axis, 0, halves)
 
 
 @wp.func
@@ -303,25 +155,28 @@ def split_morton(codes: wp.array[wp.uint64], work: BuildRange) -> int:
 def split_range(
     builder: int,
     references: wp.array[Reference],
+    spare: wp.array[Reference],
+    spare_first: int,
     codes: wp.array[wp.uint64],
     work: BuildRange,
-    leaf_size: int,
+    leaf_bits: int,
     bins: wp.array[Bin],
+    counts: wp.array[int],
     right_costs: wp.array[float],
     halves: wp.array[BuildRange],
 ):
-    """Split a range as ``builder`` does, and set both halves.
+    """Split a range as ``builder`` does, and set both halves but for their slots.
 
     References that no split tells apart, such as identical ones, are halved by count: every leaf ends up with at
-    most ``leaf_size`` of them.
+    most 2^``leaf_bits`` of them.
     """
     middle = int(-1)
     if builder == SAH:
-        middle = split_sah(references, work, leaf_size, bins, right_costs, halves)
+        middle = split_sah(references, spare, spare_first, work, leaf_bits, bins, counts, right_costs, halves)
     elif builder == MEDIAN:
         middle = split_median(references, work)
     elif builder == MIDPOINT:
-        middle = split_midpoint(references, work, halves)
+        middle = split_midpoint(references, spare, spare_first, work, halves)
     else:
         middle = split_morton(codes, work)
     has_boxes = builder == SAH and middle >= 0
@@ -329,25 +184,31 @@ def split_range(
         middle = work.first + work.count // 2
     left_count = middle - work.first
     if not has_boxes:
-        halves[0] = measure_range(references, work.first, left_count)
-        halves[1] = measure_range(references, middle, work.count - left_count)
+        measure_range(references, work.first, left_count, halves, 0)
+        measure_range(references, middle, work.count - left_count, halves, 1)
     halves[0].first = work.first
     halves[0].count = left_count
-    halves[0].node = work.node + 1
     halves[1].first = middle
     halves[1].count = work.count - left_count
-    halves[1].node = work.node + 2 * left_count
 
 
 @wp.func
-def write_node(nodes: wp.array[BinaryNode], work: BuildRange, first: int, count: int):
+def write_node(trees: BinaryTrees, work: BuildRange, left: int, right: int):
     """Write the node of a range."""
     node = BinaryNode()
     node.low = xyz(work.low)
     node.high = xyz(work.high)
-    node.first = first
-    node.count = count
-    nodes[work.node] = node
+    node.left = left
+    node.right = right
+    trees.nodes[work.node] = node
+
+
+@wp.func
+def write_leaf(trees: BinaryTrees, references: wp.array[Reference], work: BuildRange):
+    """Write a leaf of all references of a range, and their primitives."""
+    write_node(trees, work, work.first, -work.count)
+    for i in range(work.first, work.first + work.count):
+        trees.ids[i] = wp.cast(references[i].low[3], wp.int32)
 
 
 # --- kernels
@@ -357,49 +218,69 @@ def write_node(nodes: wp.array[BinaryNode], work: BuildRange, first: int, count:
 def split_range_once(
     builder: int,
     references: wp.array[Reference],
+    spare: wp.array[Reference],
     codes: wp.array[wp.uint64],
-    leaf_size: int,
-    ranges: wp.array[BuildRange],
-    nodes_out: wp.array[BinaryNode],
+    leaf_bits: int,
+    first: int,
+    count: int,
+    trees: BinaryTrees,
     halves_out: wp.array[BuildRange],
 ):
-    """Split the first range, write its node, and put its halves into ``halves_out``."""
+    """Split references [first, first + count), write the node at the slot that is theirs, and both halves.
+
+    The node's children are for the caller to fill in.
+    """
     bins = wp.zeros(shape=(wp.static(3 * SAH_BINS),), dtype=Bin)
+    counts = wp.zeros(shape=(wp.static(3 * SAH_BINS),), dtype=int)
     right_costs = wp.zeros(shape=(SAH_BINS,), dtype=float)
-    work = ranges[0]
-    split_range(builder, references, codes, work, leaf_size, bins, right_costs, halves_out)
-    write_node(nodes_out, work, halves_out[1].node, 0)
+    measure_range(references, first, count, halves_out, 0)
+    work = halves_out[0]
+    split_range(builder, references, spare, first, codes, work, leaf_bits, bins, counts, right_costs, halves_out)
+    work.node = 2 * halves_out[1].first
+    write_node(trees, work, 0, 0)
 
 
 @wp.kernel
 def build_subtrees(
     builder: int,
     references: wp.array[Reference],
+    spare: wp.array[Reference],
     codes: wp.array[wp.uint64],
-    leaf_size: int,
-    ranges: wp.array[BuildRange],
-    nodes_out: wp.array[BinaryNode],
+    leaf_bits: int,
+    first: wp.array[int],
+    count: wp.array[int],
+    trees: BinaryTrees,
 ):
-    """Build the whole subtree of a range, one range a thread."""
+    """Build the whole subtree of references [first, first + count), one a thread, and find its best wide nodes."""
     bins = wp.zeros(shape=(wp.static(3 * SAH_BINS),), dtype=Bin)
+    counts = wp.zeros(shape=(wp.static(3 * SAH_BINS),), dtype=int)
     right_costs = wp.zeros(shape=(SAH_BINS,), dtype=float)
     halves = wp.zeros(shape=(2,), dtype=BuildRange)
     stack = wp.zeros(shape=(BUILD_STACK,), dtype=BuildRange)
-    stack[0] = ranges[wp.tid()]
+    begin = first[wp.tid()]
+    measure_range(references, begin, count[wp.tid()], stack, 0)
+    stack[0].node = 2 * begin + 1
+    free = int(2 * begin + 2)
     top = int(1)
     while top > 0:
         top -= 1
         work = stack[top]
-        if work.count <= leaf_size:
-            write_node(nodes_out, work, work.first, work.count)
+        if work.count <= 1 << leaf_bits:
+            write_leaf(trees, references, work)
         else:
-            split_range(builder, references, codes, work, leaf_size, bins, right_costs, halves)
-            write_node(nodes_out, work, halves[1].node, 0)
+            split_range(builder, references, spare, 0, codes, work, leaf_bits, bins, counts, right_costs, halves)
+            write_node(trees, work, free, free + 1)
+            halves[0].node = free
+            halves[1].node = free + 1
+            free += 2
             # The smaller half is taken next: each pending one is at least as big, so that log2(count) are enough.
             larger = wp.where(halves[0].count >= halves[1].count, 0, 1)
             stack[top] = halves[larger]
             stack[top + 1] = halves[1 - larger]
             top += 2
+    # Children have higher slots than their parents.
+    for step in range(free - 2 * begin - 1):
+        evaluate_costs(trees, free - 1 - step)
 
 
 @wp.kernel
@@ -424,9 +305,9 @@ def refer_to_triangles(
         high = wp.max(wp.max(p0, p1), p2)
         reference = Reference()
         reference.low = wp.vec4(low[0], low[1], low[2], wp.cast(i, wp.float32))
-        reference.high = wp.vec4(high[0], high[1], high[2], 0.0)
+        reference.high = wp.vec4(high[0], high[1], high[2], wp.cast(1, wp.float32))
         references_out[i] = reference
-    chunk_ranges_out[chunk] = measure_range(references_out, begin, count)
+    measure_range(references_out, begin, count, chunk_ranges_out, chunk)
 
 
 @wp.kernel
@@ -437,7 +318,7 @@ def refer_to_boxes(
     i = wp.tid()
     reference = Reference()
     reference.low = wp.vec4(low[i][0], low[i][1], low[i][2], wp.cast(ids[i], wp.float32))
-    reference.high = wp.vec4(high[i][0], high[i][1], high[i][2], 0.0)
+    reference.high = wp.vec4(high[i][0], high[i][1], high[i][2], wp.cast(1, wp.float32))
     references_out[i] = reference
 
 

@@ -98,17 +98,17 @@ class Hit:
 class BinaryNode:
     """A node of the binary tree that builders make, 32 bytes.
 
-    Slots are in preorder: the left child of slot s is s + 1, and the right one s + 2 (references on the left). So a
-    range of m references owns 2 m - 1 slots from its node on, and threads that build disjoint ranges need not agree
-    on anything. Slots below a leaf stay unused.
+    A subtree that one job builds over references [f, f + m) has its root at slot 2 f + 1 and its other nodes from
+    2 f + 2 on, two children side by side: at most 2 m - 1 slots, so that jobs need not agree on anything. Slot 2 f is
+    free for the one node whose right child begins at reference f, where that node is above all subtrees.
     """
 
     low: wp.vec3
-    first: int
-    """Leaf: its first reference. Inner node: slot of the right child."""
+    left: int
+    """Inner node: slot of the left child. Leaf: its first reference."""
     high: wp.vec3
-    count: int
-    """Leaf: number of references. Inner node: 0."""
+    right: int
+    """Inner node: slot of the right child, above 0. Leaf: minus the number of its references."""
 
 
 @wp.struct
@@ -118,7 +118,16 @@ class Reference:
     low: wp.vec4
     """Lower corner; w holds the bits of the primitive's index."""
     high: wp.vec4
-    """Upper corner; w is 0."""
+    """Upper corner; w holds the bits of the number of primitives that the box stands for: 1, but for a cluster."""
+
+
+@wp.struct
+class Bin:
+    """The box of those references whose centroids fall into one slice or cell of a range's centroid box."""
+
+    low: wp.vec4
+    """Lower corner; w means nothing."""
+    high: wp.vec4
 
 
 @wp.struct
@@ -137,8 +146,22 @@ class BuildRange:
 
 
 @wp.struct
+class BinaryTrees:
+    """Binary trees over n references, and the best ways to make them wide."""
+
+    nodes: wp.array[BinaryNode]
+    """shape [2 n], sparse."""
+    ids: wp.array[int]
+    """shape [n], the primitives of the leaves' references."""
+    costs: wp.array2d[float]
+    """shape [2 n, WIDTH], least cost of a subtree shown to its parent as at most k children, in column k - 1."""
+    shares: wp.array2d[wp.int8]
+    """shape [2 n, WIDTH], how many of the k children in column k - 1 come from the left; 0: k - 1 do as well."""
+
+
+@wp.struct
 class TreeSummary:
-    """What collapsing found out about one tree."""
+    """What collapsing found out about one tree, or a part of one."""
 
     node_count: int
     """Wide nodes; 0 where the whole tree is one leaf."""
@@ -147,8 +170,8 @@ class TreeSummary:
     """Levels of wide nodes."""
     stack_size: int
     """Entries that a traversal can leave on its stack at once, whatever the ray."""
-    cost: float
-    """Half area of all nodes and leaves: expected number of visits times the half area of the root's box."""
+    cut_count: int
+    """Wide nodes right below a part that has others below it."""
 
 
 @wp.func

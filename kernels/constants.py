@@ -52,6 +52,9 @@ SAH_BINS_SMALL = wp.constant(16)
 
 SAH_SMALL_COUNT = wp.constant(64)
 
+CLUSTER_CELLS = wp.constant(32)
+"""Cells an axis of the grid that clusters references: on a surface some 5000 are occupied."""
+
 BUILD_STACK = wp.constant(64)
 """Pending ranges of a builder. It visits the smaller half first, so 2 + log2(2^31) entries are enough."""
 

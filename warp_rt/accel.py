@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rt.collapse import Forest
 from warp_rt.errors import OptionError
 from warp_rt.forest import (
-    Forest,
-    as_warp,
     build_forest,
     list_leaf_primitives,
     pack_triangles,
     refer_to_boxes,
     refer_to_triangles,
 )
-from warp_rt.kernels import bvh_build, bvh_collapse, constants
+from warp_rt.jobs import as_warp
+from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, constants
 from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, StackEntry, Stacks
 from warp_rt.options import BUILDERS, INTERSECTORS
 from warp_rt.placement import Placement, place_scene, relative_points
@@ -110,7 +110,7 @@ def build_accel(
         raise OptionError(f"threads: {threads} is less than 1")
     init_warp()
     device = resolve_device(device)
-    for module in (bvh_build, bvh_collapse):
+    for module in (bvh_build, bvh_clusters, bvh_collapse):
         load_module(module, "cpu")
     placement = place_scene(scene)
     host = _build(scene, placement, bvh, Workers(threads))
@@ -192,12 +192,12 @@ def _build(scene: Scene, placement: Placement, builder: str, workers: Workers) -
         builder=builder,
         nodes=len(nodes) // constants.NODE_FLOATS,
         leaves=forest.leaf_count,
-        depth=int(top.summaries["depth"][0] + forest.summaries["depth"][tree].max()),
+        depth=int(top.depths[0] + forest.depths[tree].max()),
         sah_cost=_sah_cost(top, forest, boxes, low, high, tree),
         bytes=nodes.nbytes + leaves.nbytes + instances.nbytes,
     )
     # One entry for the root of each level besides what the trees leave pending.
-    stack_size = 2 + int(top.summaries["stack_size"][0] + forest.summaries["stack_size"][tree].max())
+    stack_size = 2 + int(top.stack_sizes[0] + forest.stack_sizes[tree].max())
     return _HostBvh(nodes, leaves, instances, int(top.roots[0]), stack_size, statistics)
 
 
@@ -250,8 +250,8 @@ def _sah_cost(
     """Return the expected number of visits: those of the upper level, and a mesh's wherever an instance is entered."""
     world = _half_area(low.min(axis=0), high.max(axis=0))
     mesh = _half_area(boxes[:, 0], boxes[:, 1])
-    in_mesh = np.divide(forest.summaries["cost"], mesh, out=np.zeros(len(mesh)), where=mesh > 0)
-    return float((top.summaries["cost"][0] + (_half_area(low, high) * in_mesh[tree]).sum()) / world)
+    in_mesh = np.divide(forest.costs, mesh, out=np.zeros(len(mesh)), where=mesh > 0)
+    return float((top.costs[0] + (_half_area(low, high) * in_mesh[tree]).sum()) / world)
 
 
 def _half_area(low: np.ndarray, high: np.ndarray) -> np.ndarray:

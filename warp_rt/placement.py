@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rt.scene import Scene
+from warp_rt.scene import Scene, point_bounds
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def _mesh_origin(points: np.ndarray) -> np.ndarray:
     """Return the local origin, unless points lie beyond 8 times their extent from it; then the centre of their box."""
     if not len(points):
         return np.zeros(3)
-    low, high = (np.array([f(c) for c in points.T], float) for f in (np.min, np.max))
+    low, high = point_bounds(points)
     center = (low + high) / 2
     if np.abs(center).max() <= 8 * np.linalg.norm(high - low):
         return np.zeros(3)

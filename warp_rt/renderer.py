@@ -75,7 +75,7 @@ class Renderer:
         """Notes on the latest render: defaults that stepped in."""
 
         with self._clock("compile"):
-            for module in ("bvh_build", "bvh_collapse"):  # trees are built on the CPU for every device
+            for module in ("bvh_build", "bvh_clusters", "bvh_collapse"):  # trees are built on the CPU for every device
                 load_kernels(module, device="cpu", on_compile=on_compile)
             load_kernels("ray_tree", device=self.device, on_compile=on_compile)
         with self._clock("build"):

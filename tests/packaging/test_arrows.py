@@ -21,7 +21,8 @@ PARTS = {
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
-        *("forest", "accel", "queries", "ray_span", "dome", "device_lights", "device_scene"),
+        *("jobs", "binary_trees", "collapse", "forest", "accel", "queries", "ray_span"),
+        *("dome", "device_lights", "device_scene"),
         *("film", "film_buffers", "film_camera", "frame", "renderer", "tree_recording"),
     ],
     "image": ["image.*"],

@@ -259,3 +259,15 @@ def test_hierarchies_that_indices_cannot_reach_are_refused() -> None:
     check_words("leaf packets", 26_843_545, 80)
     with pytest.raises(LimitError, match="26843546 leaf packets"):
         check_words("leaf packets", 26_843_546, 80)
+
+
+@pytest.mark.parametrize("bvh", ["sah", "lbvh"])
+def test_thread_count_does_not_change_a_big_tree(bvh: str) -> None:
+    """Upper levels over clusters, a cluster dense enough to be split into others, and one of identical triangles."""
+    even, dense, same = soup(70_000, 11, size=0.01), soup(80_000, 12, size=0.01), soup(1, 13)
+    points = np.concatenate([even[0], 1e-4 * dense[0] + 0.3, np.tile(same[0], (70_000, 1))])
+    scene = Scene.from_arrays(points, np.arange(len(points)).reshape(-1, 3))
+    one, three = (warp_rt.build_accel(scene, bvh=bvh, threads=n) for n in (1, 3))
+    for name in ("nodes", "leaves", "instances"):
+        assert getattr(one.data, name).numpy().tobytes() == getattr(three.data, name).numpy().tobytes()
+    check(three)
