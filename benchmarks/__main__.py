@@ -12,6 +12,7 @@ NAMES = {
     "build": "seconds to build a hierarchy, beside Embree and wp.Mesh",
     "memory": "bytes a triangle of geometry and hierarchy, beside Embree and wp.Mesh",
     "frame": "CPU seconds of a whole frame, beside POV-Ray and Mitsuba",
+    "povray": "pictures and ray counts beside POV-Ray",
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
     "startup": "whole processes, warm and cold",
     "leaks": "a hundred million rays aimed at edges and vertices",

@@ -8,14 +8,11 @@
 The scene is scenes/mirror_teapot.usda at the wanted tessellation, 1024 x 768, depth 7, threshold 0, one sample a
 pixel. warp_rt and POV-Ray take one thread each and trace the same rays. Mitsuba's path tracer does not: it follows one
 path a pixel and one light a hit, so that its figure is no more than a neighbour's. Loading, parsing, building and
-compiling are left out on all sides. Needs ``povray`` and, from the test data (WARP_RT_TEST_DATA), the exporter
-``oracles/pov.py``.
+compiling are left out on all sides. Needs ``povray``.
 """
 
 from __future__ import annotations
 
-import re
-import shutil
 import statistics
 import subprocess
 import sys
@@ -29,10 +26,10 @@ import numpy as np
 
 from warp_rt import Film, Renderer, RenderOptions, load_scene
 
-from . import results
+from . import povray_run, results
 from .command import make_parser, save_if_asked
-from .meshes import find_test_data, load_file
 from .oracle_scene import describe
+from .povray_export import Export
 from .timing import significant, spread
 
 WIDTH, HEIGHT, DEPTH, THRESHOLD = 1024, 768, 7, 0.0
@@ -45,30 +42,23 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--triangles", type=int, nargs="+", default=[10_000, 1_000_000], help="sizes of the teapot")
     parser.add_argument("--povray", default="povray", help="the program")
     options = parser.parse_args(arguments)
-    exporter = find_test_data("oracles/pov.py")
-    if shutil.which(options.povray) is None:
-        sys.exit(f"frame: no program {options.povray!r}: install POV-Ray 3.7 (Debian package povray)")
-    if exporter is None:
-        sys.exit("frame: no oracles/pov.py in the test data: WARP_RT_TEST_DATA names the folder that holds oracles/")
+    if not povray_run.is_installed(options.povray):
+        sys.exit(f"frame: no program {options.povray!r}: {povray_run.INSTALL}")
     rows = []
     for count in options.triangles:
         with tempfile.TemporaryDirectory() as folder:
-            rows.append({"triangles_wanted": count} | measure(count, options, Path(folder), exporter))
+            rows.append({"triangles_wanted": count} | measure(count, options, Path(folder)))
         print_row(rows[-1])
     save_if_asked(options, "frame", rows, KEYS)
 
 
-def measure(count: int, options: SimpleNamespace, folder: Path, exporter: Path) -> results.Row:
+def measure(count: int, options: SimpleNamespace, folder: Path) -> results.Row:
     """Return the figures for a teapot of about ``count`` triangles."""
     scene = load_scene(write_stage(count, folder))
     description, arrays = describe(scene, WIDTH, HEIGHT)
     frame_options = RenderOptions(width=WIDTH, height=HEIGHT, depth=DEPTH, threshold=THRESHOLD, threads=1)
     renderer = Renderer(scene, frame_options, device="cpu")
-    pov = load_file(exporter)
-    exported, picture = str(folder / "scene.pov"), str(folder / "scene.ppm")
-    pov.write(
-        load_file(exporter.with_name("oracle.py")).Scene(description, arrays), exported, DEPTH, THRESHOLD, "opaque"
-    )
+    exported = Export(scene, width=WIDTH, height=HEIGHT, depth=DEPTH, threshold=THRESHOLD).text
     mitsuba = mitsuba_renderer(description, arrays)
     seconds: dict[str, list[float]] = {"warp_rt": [], "povray": []} | ({"mitsuba": []} if mitsuba else {})
     film = renderer.render()  # warms caches up
@@ -76,8 +66,8 @@ def measure(count: int, options: SimpleNamespace, folder: Path, exporter: Path) 
         start = time.process_time()
         film = renderer.render()
         seconds["warp_rt"].append(time.process_time() - start)
-        _, log = pov.run(exported, picture, WIDTH, HEIGHT, 1, exe=options.povray)
-        seconds["povray"].append(trace_cpu_seconds(log))
+        run = povray_run.render(exported, folder, WIDTH, HEIGHT, program=options.povray)
+        seconds["povray"].append(run.cpu_seconds)
         if mitsuba:
             start = time.process_time()
             mitsuba()
@@ -86,7 +76,7 @@ def measure(count: int, options: SimpleNamespace, folder: Path, exporter: Path) 
         "triangles": scene.triangle_count,
         "seconds": {name: significant(turns) for name, turns in seconds.items()},
         "ratio_to_povray": round(statistics.median(seconds["warp_rt"]) / statistics.median(seconds["povray"]), 4),
-        "pixels_alike": pixels_alike(film, pov.ppm(picture)),
+        "pixels_alike": pixels_alike(film, run.color),
         "tree_rays": film.rays.primary + film.rays.reflection + film.rays.refraction,
         "shadow_rays": film.rays.shadow,
     }
@@ -99,14 +89,6 @@ def write_stage(count: int, folder: Path) -> Path:
     script = results.ROOT / "scenes" / "make_mirror_teapot.py"
     subprocess.run([sys.executable, str(script), str(path), "--segments", str(segments)], check=True)
     return path
-
-
-def trace_cpu_seconds(log: str) -> float:
-    """Return the CPU seconds that POV-Ray's statistics give for the trace."""
-    found = re.search(r"Trace Time:.*?with\s+([\d.]+)\s+CPU-seconds", log, re.DOTALL)
-    if found is None:
-        raise SystemExit("frame: POV-Ray printed no trace time")
-    return float(found.group(1))
 
 
 def pixels_alike(film: Film, other: np.ndarray) -> float:

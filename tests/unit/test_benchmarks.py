@@ -4,12 +4,8 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
-import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -18,19 +14,7 @@ import pytest
 from warp_rt.options import BUILDERS
 from warp_rt.scene import is_closed
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def load(name: str) -> ModuleType:
-    """Return a module of benchmarks/, which is no installed package."""
-    if "benchmarks" not in sys.modules:
-        path = ROOT / "benchmarks" / "__init__.py"
-        spec = importlib.util.spec_from_file_location("benchmarks", path, submodule_search_locations=[str(path.parent)])
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules["benchmarks"] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules["benchmarks"])
-    return importlib.import_module(f"benchmarks.{name}")
+from ..benchmark_modules import load
 
 
 @pytest.fixture
@@ -153,7 +137,7 @@ def test_instances_are_rotated_not_mirrored(sphere: Any) -> None:
 
 def test_povrays_log_tells_its_cpu_seconds() -> None:
     log = "Trace Time:  0 hours  0 minutes  3 seconds (3.301 seconds)\n  using 1 thread(s) with 3.297 CPU-seconds total"
-    assert load("frame").trace_cpu_seconds(log) == 3.297
+    assert load("povray_run").trace_cpu_seconds(log) == 3.297
 
 
 def test_saved_results_can_be_drawn(tmp_path: Path) -> None:
