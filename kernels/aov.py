@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""AOVs: what the eye ray met first, written beside the colour."""
+"""AOVs: what the eye ray met first, and what a pixel cost, written beside the colour."""
 
 import warp as wp
 
+from .observer import CostCounter
 from .structs import FilmData, SceneData
 from .surface import NORMALS_SLOT, Surface, element_of, eval_primvar
 
@@ -15,6 +16,11 @@ AOV_UV = wp.constant(16)
 AOV_PRIM = wp.constant(32)
 AOV_INSTANCE = wp.constant(64)
 AOV_ELEMENT = wp.constant(128)
+AOV_NODES_VISITED = wp.constant(256)
+AOV_TRIANGLE_TESTS = wp.constant(512)
+AOV_TREE_SIZE = wp.constant(1024)
+AOV_DEEPEST = wp.constant(2048)
+AOV_RAYS = wp.constant(4096)
 
 
 @wp.struct
@@ -69,3 +75,25 @@ def write_aovs(
         film.instance[row, column] = scene.instances[surface.instance].id
     if (mask & AOV_ELEMENT) != 0:
         film.element[row, column] = element_of(scene, surface)
+
+
+@wp.func
+def add_capped(a: int, b: int) -> int:
+    """Return the sum of two counts, at most the greatest int32."""
+    return wp.where(a > 2147483647 - b, 2147483647, a + b)
+
+
+@wp.func
+def add_costs(film: wp.ref[FilmData], row: int, column: int, cost: wp.ref[CostCounter]):
+    """Add what one sample of a pixel cost to the AOVs of costs."""
+    mask = film.aov_mask
+    if (mask & AOV_NODES_VISITED) != 0:
+        film.nodes_visited[row, column] = add_capped(film.nodes_visited[row, column], cost.nodes)
+    if (mask & AOV_TRIANGLE_TESTS) != 0:
+        film.triangle_tests[row, column] = add_capped(film.triangle_tests[row, column], cost.triangles)
+    if (mask & AOV_TREE_SIZE) != 0:
+        film.tree_size[row, column] = add_capped(film.tree_size[row, column], cost.tree_size)
+    if (mask & AOV_DEEPEST) != 0:
+        film.deepest[row, column] = wp.max(film.deepest[row, column], cost.deepest)
+    if (mask & AOV_RAYS) != 0:
+        film.rays[row, column] = add_capped(film.rays[row, column], cost.rays)

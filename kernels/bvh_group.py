@@ -26,6 +26,7 @@ from .constants import (
 )
 from .intersect_group import bound_group, greatest_end, intersect_boxes_group
 from .intersect_packet import PacketRay, intersect_triangles, lowest_bit
+from .observer import Unobserved
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -142,6 +143,7 @@ def trace_alone(
     is_any: bool,
 ) -> int:
     """Take one ray of a group through the tree below a child code, and return 1 if it hit something."""
+    nobody = Unobserved()
     hit = int(0)
     push(group.stack, 0, start, t_entry)
     top = int(1)
@@ -150,7 +152,7 @@ def trace_alone(
         node = group.stack.entries[top].code
         if group.stack.entries[top].t <= group.ends[index]:
             ray = group.rays[space * GROUP + index]
-            node, top = descend(accel.nodes, node, ray, group.ends[index], group.stack, top, group.distances)
+            node, top = descend(accel.nodes, node, ray, group.ends[index], group.stack, top, group.distances, nobody)
             if node < 0:
                 if meet_leaf(accel, group, -1 - node, space, index, record, is_any) == 1:
                     hit = 1

@@ -21,6 +21,8 @@ from .intersect_packet import (
     lowest_bit,
     make_packet_ray,
 )
+from .observer import Observer, Unobserved, observed
+from .traverse_hooks import tell_node, tell_packet
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -48,9 +50,16 @@ def push(stack: Stack, top: int, code: int, t: float):
     stack.entries[top].t = t
 
 
-@wp.func
+@observed
 def descend(
-    nodes: wp.array[float], start: int, ray: PacketRay, t_max: float, stack: Stack, top: int, distances: wp.array[float]
+    nodes: wp.array[float],
+    start: int,
+    ray: PacketRay,
+    t_max: float,
+    stack: Stack,
+    top: int,
+    distances: wp.array[float],
+    observer: Observer,
 ):
     """Return (the nearest leaf below a node, the new top of the stack); a code >= 0 stands for no leaf.
 
@@ -59,6 +68,7 @@ def descend(
     """
     node = int(start)
     while node >= 0:
+        tell_node(observer)
         mask = intersect_boxes(nodes, node, ray, t_max, distances)
         if mask == 0:
             break
@@ -112,7 +122,7 @@ def triangle_to_skip(accel: wp.ref[AccelData], record: int, instance: int, trian
     return NO_TRIANGLE
 
 
-@wp.func
+@observed
 def traverse(
     accel: wp.ref[AccelData],
     origin: wp.vec3,
@@ -122,8 +132,9 @@ def traverse(
     from_instance: int,
     from_triangle: int,
     stack: Stack,
+    observer: Observer,
 ) -> Hit:
-    """Return the closest hit in [0, t_max), or the first one found if ``is_any``.
+    """Return the closest hit in [0, t_max), or the first one found if ``is_any``; tell the observer of each step.
 
     One loop serves both levels: below an instance, the ray is the mesh's, and the stack's entries from ``base`` on.
     """
@@ -155,7 +166,7 @@ def traverse(
         node = stack.entries[top].code
         t_entry = stack.entries[top].t
         if t_entry <= hit.t:
-            node, top = descend(accel.nodes, node, ray, hit.t, stack, top, distances)
+            node, top = descend(accel.nodes, node, ray, hit.t, stack, top, distances, observer)
             if node < 0:
                 if instance < 0:
                     local_ray = transform_ray(accel.instances[-1 - node], world_ray)
@@ -167,6 +178,7 @@ def traverse(
                         push(stack, top, accel.instances[instance].root, t_entry)
                         top += 1
                 else:
+                    tell_packet(observer, accel.leaves, -1 - node)
                     lane = int(-1)
                     if accel.intersector == WATERTIGHT:
                         lane = intersect_triangles(accel.leaves, -1 - node, ray, hit.t, tuv)
@@ -197,16 +209,18 @@ def closest_hit(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t
         t_max: End of the ray; may be inf.
         stack: Scratch memory, from ``stack_of_thread``.
     """
-    return traverse(accel, origin, direction, t_max, False, -1, NO_TRIANGLE, stack)
+    nobody = Unobserved()
+    return traverse(accel, origin, direction, t_max, False, -1, NO_TRIANGLE, stack, nobody)
 
 
 @wp.func
 def any_hit(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> bool:
     """Return whether anything is hit in [0, t_max); arguments as for ``closest_hit``."""
-    return traverse(accel, origin, direction, t_max, True, -1, NO_TRIANGLE, stack).instance >= 0
+    nobody = Unobserved()
+    return traverse(accel, origin, direction, t_max, True, -1, NO_TRIANGLE, stack, nobody).instance >= 0
 
 
-@wp.func
+@observed
 def closest_hit_from(
     accel: wp.ref[AccelData],
     origin: wp.vec3,
@@ -215,16 +229,17 @@ def closest_hit_from(
     instance: int,
     triangle: int,
     stack: Stack,
+    observer: Observer,
 ) -> Hit:
     """Return what ``closest_hit`` returns for a ray that starts on a triangle of an instance.
 
     It cannot meet that triangle again: however near to its plane the ray runs, rounding makes no hit of it.
     ``instance`` -1: the ray starts anywhere.
     """
-    return traverse(accel, origin, direction, t_max, False, instance, triangle, stack)
+    return traverse(accel, origin, direction, t_max, False, instance, triangle, stack, observer)
 
 
-@wp.func
+@observed
 def any_hit_from(
     accel: wp.ref[AccelData],
     origin: wp.vec3,
@@ -233,6 +248,7 @@ def any_hit_from(
     instance: int,
     triangle: int,
     stack: Stack,
+    observer: Observer,
 ) -> bool:
     """Return whether anything but the triangle that the ray starts on is hit in [0, t_max)."""
-    return traverse(accel, origin, direction, t_max, True, instance, triangle, stack).instance >= 0
+    return traverse(accel, origin, direction, t_max, True, instance, triangle, stack, observer).instance >= 0

@@ -311,6 +311,16 @@ def intersect_packet_triangle(
 
 
 @wp.func
+def packet_triangle_count(leaves: wp.array[float], leaf: int) -> int:
+    """Return how many lanes of a leaf packet hold a triangle."""
+    count = int(0)
+    for lane in range(wp.int32(WIDTH)):
+        if packet_triangle(leaves, leaf, lane) >= 0:
+            count += 1
+    return count
+
+
+@wp.func
 def intersect_triangles_plain(
     leaves: wp.array[float], leaf: int, intersector: int, ray: PacketRay, t_max: float, tuv: wp.array[float]
 ) -> int:

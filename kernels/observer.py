@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who watches a ray tree grow, at no cost where nobody does.
 
-The functions of the ray tree take an ``observer`` and tell it what happens by calling hooks (``tree_hooks``). Each hook
-has an overload for each type of observer, and ``observed`` compiles each function once for each type that a kernel
-uses: with ``Unobserved`` every hook is empty and leaves no instruction behind. So there is one source for rendering
-and for recording, and what is recorded is what is rendered.
+The functions of the ray tree and of traversal take an ``observer`` and tell it what happens by calling hooks
+(``tree_hooks``, ``traverse_hooks``). ``observed`` compiles each function once for each type of observer that a kernel
+uses. A hook is such a function too, an empty one; an overload of its name says what one type does. So with
+``Unobserved`` no hook leaves an instruction behind, there is one source for rendering, recording and counting, and what
+is recorded is what is rendered.
 """
 
 from typing import TypeVar
@@ -45,7 +46,23 @@ class TreeRecorder:
     """Row of the node at work."""
 
 
-OBSERVERS = (Unobserved, TreeRecorder)
+@wp.struct
+class CostCounter:
+    """Adds up what rays cost: those of a tree, or those of a query."""
+
+    nodes: wp.int32
+    """Nodes of hierarchies whose boxes were tested."""
+    triangles: wp.int32
+    """Triangles that were tested."""
+    rays: wp.int32
+    """Rays of a tree, shadow rays among them."""
+    tree_size: wp.int32
+    """Nodes of a tree: its rays without shadow rays."""
+    deepest: wp.int32
+    """Deepest level of a tree; the eye ray's is 1."""
+
+
+OBSERVERS = (Unobserved, TreeRecorder, CostCounter)
 Observer = TypeVar("Observer")
 """Stands for each of ``OBSERVERS`` in the annotations of an ``observed`` function."""
 

@@ -243,7 +243,9 @@ def trace_tree(
         top -= 1
         task = tasks[top]
         reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
-        hit = closest_hit_from(accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack)
+        hit = closest_hit_from(
+            accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack, observer
+        )
         tell_ray(observer, top, task, hit)
         if hit.instance < 0:
             behind, behind_alpha = environment(scene, frame, task.direction, task.depth)
@@ -290,7 +292,7 @@ def trace_tree(
     return wp.vec4(color[0], color[1], color[2], alpha)
 
 
-@wp.func
+@observed
 def render_pixel(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -303,13 +305,13 @@ def render_pixel(
     row: int,
     column: int,
     sample: int,
+    observer: Observer,
 ):
     """Add one sample to a pixel of the film."""
     eye = make_eye_ray(frame, film.x + column, film.y + row, sample)
     first = FirstHit()
-    nobody = Unobserved()
     value = trace_tree(
-        scene, accel, frame, eye.origin, eye.direction, eye.reach, stop, tasks, stack, counts, first, nobody
+        scene, accel, frame, eye.origin, eye.direction, eye.reach, stop, tasks, stack, counts, first, observer
     )
     film.color[row, column] = film.color[row, column] + value
     if sample == 0:
@@ -345,4 +347,5 @@ def render_tile(
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
     mine = tasks[scratch]
-    render_pixel(scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample)
+    nobody = Unobserved()
+    render_pixel(scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, nobody)

@@ -14,7 +14,15 @@ from .observer import Observer, observed
 from .ray_counts import count_shadow
 from .structs import FrameData, SceneData
 from .surface import Surface, make_surface, spawn_origin
-from .tree_hooks import tell_blocked, tell_crossing, tell_dark_light, tell_dome, tell_light, tell_own_light
+from .tree_hooks import (
+    tell_blocked,
+    tell_crossing,
+    tell_dark_light,
+    tell_dome,
+    tell_light,
+    tell_own_light,
+    tell_shadow_ray,
+)
 from .vector import max_component
 
 SHADOW_OPAQUE = wp.constant(0)
@@ -43,7 +51,7 @@ def shadow_ray(
     zero = wp.vec3(0.0, 0.0, 0.0)
     origin = spawn_origin(scene, surface, direction)
     if mode == SHADOW_OPAQUE:
-        if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack):
+        if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer):
             tell_blocked(observer, scene, accel, origin, direction, distance, surface, stack)
             return zero
         return one
@@ -52,7 +60,7 @@ def shadow_ray(
     instance = surface.instance
     triangle = surface.triangle
     for _crossing in range(wp.int32(SHADOW_LIMIT)):
-        hit = closest_hit_from(accel, origin, direction, remaining, instance, triangle, stack)
+        hit = closest_hit_from(accel, origin, direction, remaining, instance, triangle, stack, observer)
         if hit.instance < 0:
             return result
         crossed = make_surface(scene, hit, origin, direction)
@@ -102,6 +110,7 @@ def local_illumination(
             visible = wp.vec3(1.0, 1.0, 1.0)
             if light.casts_shadow != 0:
                 count_shadow(counts, depth)
+                tell_shadow_ray(observer)
                 mode = frame.shadow_mode
                 visible = shadow_ray(scene, accel, mode, stack, surface, sample.to_shadow, sample.distance, observer)
             light_color = sample.irradiance * (1.0 / wp.pi)

@@ -260,3 +260,9 @@ class FilmData:
     prim: wp.array2d[wp.int32]
     instance: wp.array2d[wp.int32]
     element: wp.array2d[wp.int32]
+    nodes_visited: wp.array2d[wp.int32]
+    """Costs: sums over samples; ``deepest`` is the greatest of any."""
+    triangle_tests: wp.array2d[wp.int32]
+    tree_size: wp.array2d[wp.int32]
+    deepest: wp.array2d[wp.int32]
+    rays: wp.array2d[wp.int32]

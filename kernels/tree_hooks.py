@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a ray tree tells its observer, event by event: an overload for each type in ``observer.OBSERVERS``."""
+"""What a ray tree tells its observer, event by event: for all types of observers nothing, and what some do instead."""
 
 import warp as wp
 
@@ -8,10 +8,10 @@ from .bvh_structs import AccelData, Hit, Stack
 from .bvh_traverse import closest_hit_from
 from .light import LightSample
 from .material import Shading, eval_response
-from .observer import TreeRecorder, Unobserved
+from .observer import CostCounter, Observer, TreeRecorder, observed
 from .structs import LightData, RayTask, SceneData
 from .surface import Surface, element_of, make_surface
-from .tree_record import EYE, REFLECTION, REFRACTION, TRACED, CrossingRecord, LightRecord, NodeRecord
+from .tree_record import EYE, PASSAGE, REFLECTION, REFRACTION, TRACED, CrossingRecord, LightRecord, NodeRecord
 
 
 @wp.func
@@ -22,8 +22,8 @@ def append_light(observer: wp.ref[TreeRecorder], record: LightRecord):
     observer.lights[wp.min(count, observer.lights.shape[0] - 1)] = record
 
 
-@wp.func
-def tell_eye(observer: wp.ref[Unobserved]):
+@observed
+def tell_eye(observer: Observer):
     """The eye ray waits in slot 0 of the task stack."""
     pass
 
@@ -36,7 +36,14 @@ def tell_eye(observer: wp.ref[TreeRecorder]):
 
 
 @wp.func
-def tell_child(observer: wp.ref[Unobserved], kind: int, fate: int):
+def tell_eye(observer: wp.ref[CostCounter]):
+    """Count it."""
+    observer.rays += 1
+    observer.tree_size += 1
+
+
+@observed
+def tell_child(observer: Observer, kind: int, fate: int):
     """The node at work has no child of this kind, and why."""
     pass
 
@@ -52,8 +59,8 @@ def tell_child(observer: wp.ref[TreeRecorder], kind: int, fate: int):
         observer.nodes[observer.node].passage = fate
 
 
-@wp.func
-def tell_push(observer: wp.ref[Unobserved], slot: int, kind: int):
+@observed
+def tell_push(observer: Observer, slot: int, kind: int):
     """A child of the node at work waits in a slot of the task stack."""
     pass
 
@@ -67,7 +74,15 @@ def tell_push(observer: wp.ref[TreeRecorder], slot: int, kind: int):
 
 
 @wp.func
-def tell_ray(observer: wp.ref[Unobserved], slot: int, task: wp.ref[RayTask], hit: wp.ref[Hit]):
+def tell_push(observer: wp.ref[CostCounter], slot: int, kind: int):
+    """Count it, unless the ray goes straight on: that is no bounce."""
+    if kind != PASSAGE:
+        observer.rays += 1
+        observer.tree_size += 1
+
+
+@observed
+def tell_ray(observer: Observer, slot: int, task: wp.ref[RayTask], hit: wp.ref[Hit]):
     """The ray of a slot has been traced; ``hit`` is what it met."""
     pass
 
@@ -97,7 +112,13 @@ def tell_ray(observer: wp.ref[TreeRecorder], slot: int, task: wp.ref[RayTask], h
 
 
 @wp.func
-def tell_background(observer: wp.ref[Unobserved], value: wp.vec3):
+def tell_ray(observer: wp.ref[CostCounter], slot: int, task: wp.ref[RayTask], hit: wp.ref[Hit]):
+    """Remember how deep it is."""
+    observer.deepest = wp.max(observer.deepest, task.depth)
+
+
+@observed
+def tell_background(observer: Observer, value: wp.vec3):
     """The ray left the scene and brings ``value`` back."""
     pass
 
@@ -108,10 +129,8 @@ def tell_background(observer: wp.ref[TreeRecorder], value: wp.vec3):
     observer.nodes[observer.node].local = value
 
 
-@wp.func
-def tell_surface(
-    observer: wp.ref[Unobserved], scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading]
-):
+@observed
+def tell_surface(observer: Observer, scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading]):
     """The ray met a surface."""
     pass
 
@@ -136,8 +155,8 @@ def tell_surface(
     observer.nodes[node].eta = shading.eta
 
 
-@wp.func
-def tell_own_light(observer: wp.ref[Unobserved], emission: wp.vec3, ambient: wp.vec3):
+@observed
+def tell_own_light(observer: Observer, emission: wp.vec3, ambient: wp.vec3):
     """The terms of I_local that no light has a part in."""
     pass
 
@@ -149,10 +168,20 @@ def tell_own_light(observer: wp.ref[TreeRecorder], emission: wp.vec3, ambient: w
     observer.nodes[observer.node].ambient = ambient
 
 
+@observed
+def tell_shadow_ray(observer: Observer):
+    """A shadow ray is cast from the node at work."""
+    pass
+
+
 @wp.func
-def tell_crossing(
-    observer: wp.ref[Unobserved], scene: wp.ref[SceneData], crossed: wp.ref[Surface], t: float, factor: wp.vec3
-):
+def tell_shadow_ray(observer: wp.ref[CostCounter]):
+    """Count it."""
+    observer.rays += 1
+
+
+@observed
+def tell_crossing(observer: Observer, scene: wp.ref[SceneData], crossed: wp.ref[Surface], t: float, factor: wp.vec3):
     """A shadow ray crosses a surface, which lets ``factor`` of the light through."""
     pass
 
@@ -174,9 +203,9 @@ def tell_crossing(
     observer.crossings[wp.min(count, observer.crossings.shape[0] - 1)] = record
 
 
-@wp.func
+@observed
 def tell_blocked(
-    observer: wp.ref[Unobserved],
+    observer: Observer,
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
     origin: wp.vec3,
@@ -201,14 +230,14 @@ def tell_blocked(
     stack: wp.ref[Stack],
 ):
     """Find out what: of all that a shadow ray may have met first, what stands nearest to the surface."""
-    hit = closest_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack)
+    hit = closest_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer)
     blocker = make_surface(scene, hit, origin, direction)
     tell_crossing(observer, scene, blocker, hit.t, wp.vec3(0.0, 0.0, 0.0))
 
 
-@wp.func
+@observed
 def tell_light(
-    observer: wp.ref[Unobserved],
+    observer: Observer,
     row: int,
     light: wp.ref[LightData],
     sample: wp.ref[LightSample],
@@ -247,8 +276,8 @@ def tell_light(
     append_light(observer, record)
 
 
-@wp.func
-def tell_dark_light(observer: wp.ref[Unobserved], row: int, cosine: float):
+@observed
+def tell_dark_light(observer: Observer, row: int, cosine: float):
     """A light is not above the surface's horizon, or sends nothing this way."""
     pass
 
@@ -263,8 +292,8 @@ def tell_dark_light(observer: wp.ref[TreeRecorder], row: int, cosine: float):
     append_light(observer, record)
 
 
-@wp.func
-def tell_dome(observer: wp.ref[Unobserved], row: int, diffuse: wp.vec3, specular: wp.vec3):
+@observed
+def tell_dome(observer: Observer, row: int, diffuse: wp.vec3, specular: wp.vec3):
     """A dome has added two terms to I_local."""
     pass
 
@@ -280,8 +309,8 @@ def tell_dome(observer: wp.ref[TreeRecorder], row: int, diffuse: wp.vec3, specul
     append_light(observer, record)
 
 
-@wp.func
-def tell_local(observer: wp.ref[Unobserved], local: wp.vec3):
+@observed
+def tell_local(observer: Observer, local: wp.vec3):
     """I_local is complete."""
     pass
 

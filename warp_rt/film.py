@@ -107,7 +107,8 @@ class Film:
     ``alpha``, float32. On demand: ``depth`` along the view axis and ``distance`` along the eye ray [scene unit],
     float32, infinite where nothing was met; ``normal`` (unit shading normal), ``position``, n = 3, world space, and
     ``uv``, n = 2, float32, zero where nothing was met; ``primId``, ``instanceId``, ``elementId`` (the face), int32,
-    -1 where nothing was met."""
+    -1 where nothing was met; ``nodesVisited``, ``triangleTests``, ``treeSize`` and ``rays``, sums over the pixel's
+    samples, and ``deepest``, the deepest level of any, int32."""
     rays: RayCounts
     prims: tuple[str, ...] = ()
     """Path of each primId."""

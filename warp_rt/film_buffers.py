@@ -16,7 +16,7 @@ from warp_rt.kernels import aov, structs
 Rectangle = tuple[int, int, int, int]
 """x, y, width, height [pixel], from the picture's top left corner."""
 
-# AOV: the field of FilmData it is written to, its bit, its type there, and what it holds where nothing was met.
+# AOV: the field of FilmData it is written to, its bit, its type there, and what it holds before the first ray.
 _FIELDS: dict[str, tuple[str, int, Any, float]] = {
     "depth": ("depth", aov.AOV_DEPTH, wp.float32, np.inf),
     "distance": ("distance", aov.AOV_DISTANCE, wp.float32, np.inf),
@@ -26,6 +26,11 @@ _FIELDS: dict[str, tuple[str, int, Any, float]] = {
     "primId": ("prim", aov.AOV_PRIM, wp.int32, -1),
     "instanceId": ("instance", aov.AOV_INSTANCE, wp.int32, -1),
     "elementId": ("element", aov.AOV_ELEMENT, wp.int32, -1),
+    "nodesVisited": ("nodes_visited", aov.AOV_NODES_VISITED, wp.int32, 0),
+    "triangleTests": ("triangle_tests", aov.AOV_TRIANGLE_TESTS, wp.int32, 0),
+    "treeSize": ("tree_size", aov.AOV_TREE_SIZE, wp.int32, 0),
+    "deepest": ("deepest", aov.AOV_DEEPEST, wp.int32, 0),
+    "rays": ("rays", aov.AOV_RAYS, wp.int32, 0),
 }
 
 

@@ -17,7 +17,9 @@ INTEGRATORS = ("whitted",)
 SHADOWS = ("auto", "opaque", "transmit")
 BUILDERS = ("sah", "median", "midpoint", "lbvh")
 INTERSECTORS = ("watertight", "moller-trumbore", "plane-projection")
-AOVS = ("color", "depth", "distance", "normal", "position", "uv", "primId", "instanceId", "elementId")
+COSTS = ("nodesVisited", "triangleTests", "treeSize", "deepest", "rays")
+"""AOVs that count what a pixel took."""
+AOVS = ("color", "depth", "distance", "normal", "position", "uv", "primId", "instanceId", "elementId", *COSTS)
 COMPLEXITIES = ("low", "medium", "high", "veryhigh")
 """Names of the refinement levels 0 to 3 of subdivision surfaces, as usdrecord has them."""
 PURPOSES = ("default", "render", "proxy", "guide")

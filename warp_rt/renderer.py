@@ -22,11 +22,11 @@ from warp_rt.film_buffers import crop_area, make_film_buffers
 from warp_rt.film_camera import camera_data, choose_camera, frame_camera, image_size
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
-from warp_rt.kernels import ray_counts, ray_tree, record_tree, structs
+from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, structs
 from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
-from warp_rt.options import DEFAULT_DEPTH, RenderOptions
+from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Light, Scene
 from warp_rt.tree.ray_tree import RayTree
@@ -77,7 +77,7 @@ class Renderer:
         with self._clock("compile"):
             for module in ("bvh_build", "bvh_clusters", "bvh_collapse"):  # trees are built on the CPU for every device
                 load_kernels(module, device="cpu", on_compile=on_compile)
-            load_kernels("ray_tree", device=self.device, on_compile=on_compile)
+            self._kernel = self._load_render_kernel(on_compile)
         with self._clock("build"):
             self.accel: Accel = build_accel(
                 scene,
@@ -88,6 +88,14 @@ class Renderer:
             )
         with self._clock("upload"):
             self._device_scene = upload_scene(scene, device=self.device, placement=self.accel.placement)
+
+    def _load_render_kernel(self, on_compile: Callable[[], None] | None) -> wp.Kernel:
+        """Return the kernel that gives the AOVs that are wanted: the one that counts costs is slower."""
+        if set(self.options.aovs) & set(COSTS):
+            load_kernels("render_costs", device=self.device, on_compile=on_compile)
+            return render_costs.render_tile_costs
+        load_kernels("ray_tree", device=self.device, on_compile=on_compile)
+        return ray_tree.render_tile
 
     @property
     def device_bytes(self) -> int:
@@ -262,7 +270,7 @@ class Renderer:
 
         def launch(scratch: Scratch, tile: Tile, sample: int) -> None:
             inputs = [*shared, stop.array, *scratch, wp.vec4i(*tile), sample]
-            wp.launch(ray_tree.render_tile, dim=tile[2] * tile[3], inputs=inputs, device=self.device)
+            wp.launch(self._kernel, dim=tile[2] * tile[3], inputs=inputs, device=self.device)
 
         samples = options.spp
         if is_cpu:

@@ -72,6 +72,8 @@ def test_aovs_are_as_the_table_says(image: warp_rt.Image) -> None:
         values = image[name.strip("`")]
         assert values.dtype == dtype, name
         assert values.shape == ((4, 4) if count == "1" else (4, 4, int(count))), name
+        if nothing == "-":  # whatever it took to find that out
+            continue
         expected = 0.0 if nothing == "background" else float(nothing)
         np.testing.assert_array_equal(values[3, 0], expected, err_msg=name)
 

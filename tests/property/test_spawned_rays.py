@@ -13,6 +13,7 @@ from warp_rt.accel import make_stacks
 from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.bvh_structs import AccelData, Hit, Stacks, stack_of_thread
 from warp_rt.kernels.bvh_traverse import any_hit_from
+from warp_rt.kernels.observer import Unobserved
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import make_surface, spawn_origin
 from warp_rt.scene import Scene
@@ -50,7 +51,8 @@ def leave(
         d = -d
     origin = spawn_origin(scene[0], surface, d)
     stack = stack_of_thread(stacks, 0)
-    is_hit = any_hit_from(accel[0], origin, d, wp.inf, 0, triangles[i], stack)
+    nobody = Unobserved()
+    is_hit = any_hit_from(accel[0], origin, d, wp.inf, 0, triangles[i], stack, nobody)
     outcome[i] = wp.where(is_hit, 1, 0)
     steps[i] = wp.length(origin - surface.position)
 

@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a traversal tells its observer, as ``tree_hooks`` does for a ray tree."""
+
+import warp as wp
+
+from .intersect_packet import packet_triangle_count
+from .observer import CostCounter, Observer, observed
+
+
+@observed
+def tell_node(observer: Observer):
+    """The boxes of a node are tested."""
+    pass
+
+
+@wp.func
+def tell_node(observer: wp.ref[CostCounter]):
+    """Count the node."""
+    observer.nodes += 1
+
+
+@observed
+def tell_packet(observer: Observer, leaves: wp.array[float], leaf: int):
+    """The triangles of a leaf packet are tested."""
+    pass
+
+
+@wp.func
+def tell_packet(observer: wp.ref[CostCounter], leaves: wp.array[float], leaf: int):
+    """Count the triangles."""
+    observer.triangles += packet_triangle_count(leaves, leaf)
