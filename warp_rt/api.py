@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -35,6 +35,10 @@ def load_scene(
     default_time: bool = False,
     purposes: tuple[str, ...] | None = None,
     complexity: str = COMPLEXITIES[0],
+    mask: Sequence[str] = (),
+    session_layer: str | PathLike[str] | None = None,
+    render_settings: str | None = None,
+    render_pass: str | None = None,
 ) -> Scene:
     """Return the scene that a USD stage holds.
 
@@ -46,10 +50,14 @@ def load_scene(
             else ``proxy``.
         complexity: Of subdivision surfaces: ``low`` draws their cages, as usdrecord does by default; ``medium``,
             ``high`` and ``veryhigh`` refine them 1, 2 and 3 times, with points and normals of the limit surface.
+        mask: Paths of the prims that a file is composed of, with all above and below them; none: all of it.
+        session_layer: A layer that a file is opened with, stronger than the file itself.
+        render_settings: Path of the RenderSettings prim; None: the one that the stage's metadata name.
+        render_pass: Path of a RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
 
     Raises:
-        SceneError: The file cannot be read, or it is neither a path nor a stage.
-        OptionError: A purpose or complexity is unknown, or the time makes no sense.
+        SceneError: The file cannot be read, it is neither a path nor a stage, or there are no such settings.
+        OptionError: A purpose or complexity is unknown, the mask names no prim, or the time makes no sense.
         LimitError: The stage holds more than can be meant.
     """
     check_purposes(purposes)
@@ -59,7 +67,17 @@ def load_scene(
         raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")
     from warp_rt.usd.load import load_stage
 
-    return load_stage(path_or_stage, time=time, default_time=default_time, purposes=purposes, level=level)
+    return load_stage(
+        path_or_stage,
+        time=time,
+        default_time=default_time,
+        purposes=purposes,
+        mask=mask,
+        session_layer=session_layer,
+        settings_path=render_settings,
+        pass_path=render_pass,
+        level=level,
+    )
 
 
 def render(

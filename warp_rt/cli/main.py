@@ -25,6 +25,7 @@ PROGRAM = "warp-rt"
 
 COMMANDS = {
     "render": "render an image from a USD stage",
+    "record": "the same with usdrecord's arguments and defaults",
     "series": "render it at growing depth of the ray tree, with a contact sheet",
     "info": "tell what a stage holds",
     "check": "name everything in a stage that would be ignored, repaired or refused",

@@ -7,7 +7,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from warp_rt.cli.parser import Parser, name, rgb, whole_numbers
+from warp_rt.cli.parser import Parser, name, names, rgb, whole_numbers
 from warp_rt.image.tone import TONE_MAPS
 from warp_rt.options import BUILDERS, COMPLEXITIES, INTEGRATORS, INTERSECTORS, SHADOWS, RenderOptions
 
@@ -36,6 +36,29 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
         choices=COMPLEXITIES,
         default=COMPLEXITIES[0],
         help="subdivision surfaces: the cage, or refined 1, 2 or 3 times (default: %(default)s)",
+    )
+    view.add_argument(
+        "--mask", type=names, default=(), metavar="PATH[,PATH]", help="compose these prims only, with all below them"
+    )
+    view.add_argument(
+        "--session-layer", "--sessionLayer", type=name, metavar="FILE", help="a layer stronger than the stage's own"
+    )
+    source = view.add_mutually_exclusive_group()
+    source.add_argument(
+        "--render-settings",
+        "-rs",
+        "--renderSettingsPrimPath",
+        type=name,
+        metavar="PATH",
+        help="RenderSettings prim (default: the one that the stage names)",
+    )
+    source.add_argument(
+        "--render-pass",
+        "-rp",
+        "--renderPassPrimPath",
+        type=name,
+        metavar="PATH",
+        help="RenderPass that names them",
     )
     when = view.add_mutually_exclusive_group()
     when.add_argument(

@@ -39,6 +39,10 @@ def read_stage(args: argparse.Namespace, voice: Voice, *, time: float | None, ou
         default_time=args.default_time,
         purposes=args.purposes,
         complexity=args.complexity,
+        mask=args.mask,
+        session_layer=args.session_layer,
+        render_settings=args.render_settings,
+        render_pass=args.render_pass,
     )
     voice.diagnostics(scene.diagnostics)
     if args.strict:

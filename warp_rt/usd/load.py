@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from warp_rt.usd.mesh import MAX_COORDINATE
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.placement import Group
 from warp_rt.usd.point_instancer import is_regular
-from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused
+from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
     captured_warnings,
     error_text,
@@ -43,7 +44,10 @@ def load_stage(
     time: float | None = None,
     default_time: bool = False,
     purposes: tuple[str, ...] | None = None,
+    mask: Sequence[str] = (),
+    session_layer: str | os.PathLike[str] | None = None,
     settings_path: str | None = None,
+    pass_path: str | None = None,
     level: int = 0,
 ) -> Scene:
     """Return the scene that a stage shows at one time.
@@ -54,11 +58,14 @@ def load_stage(
         default_time: Read default values, those of no time, instead.
         purposes: Purposes that are drawn, with ``default`` in any case; None: those of the render settings where
             they are authored, else ``default`` and ``proxy``.
+        mask: Prims that a file is composed of, see ``open_stage``.
+        session_layer: Layer stronger than the file.
         settings_path: RenderSettings prim; None: the one that the stage's metadata name.
+        pass_path: RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
         level: Refinements of subdivision surfaces.
 
     Raises:
-        SceneError: The file is missing or is not USD.
+        SceneError: The file is missing or is not USD, or there are no such settings.
         LimitError: The stage holds more prims or instances than can be meant.
         OptionError: ``time`` makes no sense.
     """
@@ -67,9 +74,11 @@ def load_stage(
         if isinstance(path_or_stage, Usd.Stage):
             stage, source = path_or_stage, path_or_stage.GetRootLayer().realPath
         else:
-            stage, source = open_stage(path_or_stage), os.fspath(path_or_stage)
+            stage, source = open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
         report_composition(stage, report)
         code = stage_time(stage, time, default_time, report)
+        if pass_path is not None:
+            settings_path = settings_of_pass(stage, pass_path, report)
         settings, settings_purposes = read_settings(stage, report, settings_path)
         chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
         materials = MaterialReader(stage, code, report)
@@ -89,7 +98,7 @@ def load_stage(
             report,
         )
         report_missing_camera(settings, cameras, report)
-        report_unused(settings, walk.render_prims, stage, report)
+        report_unused(settings, walk.render_prims, stage, report, pass_path)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"
             report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)

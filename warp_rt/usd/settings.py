@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pxr import Usd, UsdRender, Vt
+from pxr import Sdf, Usd, UsdRender, Vt
 
 from warp_rt.errors import SceneError
 from warp_rt.options import MAX_DEPTH, MAX_SIZE
@@ -74,6 +74,24 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
     )
 
 
+def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
+    """Return the path of the RenderSettings that a RenderPass names as its ``renderSource``.
+
+    Raises:
+        SceneError: There is no such pass, or it names none.
+    """
+    prim = stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) else None
+    source = stage.GetRootLayer().realPath or "stage"
+    if not prim or not prim.IsA(UsdRender.Pass):
+        raise SceneError(f"{source}: {path} is no RenderPass")
+    targets = UsdRender.Pass(prim).GetRenderSourceRel().GetForwardedTargets()
+    if not targets:
+        raise SceneError(f"{source}: the render pass {path} names no renderSource")
+    if len(targets) > 1:
+        report.warn(IGNORED_SETTING, path, f"renderSource has {len(targets)} targets: the first counts")
+    return str(targets[0])
+
+
 def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Prim | None:
     name = path
     if name is None:
@@ -95,16 +113,18 @@ def report_missing_camera(settings: Settings, cameras: Sequence[Camera], report:
         report.warn(INVALID_SETTING, settings.path, f"camera: {settings.camera} is no camera of the stage; ignored")
 
 
-def report_unused(settings: Settings, render_prims: Sequence[str], stage: Usd.Stage, report: Report) -> None:
-    """Note the render settings and passes that nothing names.
+def report_unused(
+    settings: Settings, render_prims: Sequence[str], stage: Usd.Stage, report: Report, pass_path: str | None = None
+) -> None:
+    """Note the render settings and passes that nothing names; ``pass_path`` is the pass that is rendered.
 
     Where settings are in force, others beside them are alternatives, which is what they are for.
     """
     for path in render_prims:
         kind = stage.GetPrimAtPath(path).GetTypeName()
-        if kind == "RenderPass":
+        if kind == "RenderPass" and path != pass_path:
             report.warn(UNUSED_RENDER_PRIM, path, "render passes are not supported; everything is drawn in one")
-        elif not settings.path:
+        elif kind != "RenderPass" and not settings.path:
             report.warn(UNUSED_RENDER_PRIM, path, f"does not count: the stage's {_METADATA} does not name it")
 
 

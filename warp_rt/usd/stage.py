@@ -7,11 +7,11 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from pxr import Tf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.report import Report
@@ -40,11 +40,19 @@ _MAX_TEXT = 300
 _FALLBACK_METERS_PER_UNIT = 0.01
 
 
-def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
+def open_stage(
+    path: str | os.PathLike[str], mask: Sequence[str] = (), session_layer: str | os.PathLike[str] | None = None
+) -> Usd.Stage:
     """Return the stage of a usda, usdc, usd or usdz file, with all payloads.
+
+    Args:
+        path: The file.
+        mask: Paths of the prims that are composed, with all above and below; none: everything.
+        session_layer: A layer stronger than the file.
 
     Raises:
         SceneError: There is no such file, or USD cannot read it.
+        OptionError: A path of ``mask`` is no prim's.
     """
     name = os.fspath(path)
     reason = ""
@@ -53,7 +61,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     except UnicodeEncodeError:
         raise SceneError(f"{name}: USD cannot open files whose path is not UTF-8; rename it") from None
     try:
-        stage = Usd.Stage.Open(name, Usd.Stage.LoadAll)
+        stage = _compose(name, mask, session_layer)
     except Tf.ErrorException as error:
         stage, reason = None, error_text(error)
     if stage is not None:
@@ -67,6 +75,28 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     if file.is_file() and not file.stat().st_size:
         raise SceneError(f"{name}: the file is empty")
     raise SceneError(f"{name}: cannot be read as USD{f': {reason}' if reason else ''}")
+
+
+def _compose(name: str, mask: Sequence[str], session_layer: str | os.PathLike[str] | None) -> Usd.Stage | None:
+    if not mask and session_layer is None:
+        return Usd.Stage.Open(name, Usd.Stage.LoadAll)
+    population = Usd.StagePopulationMask()
+    for path in mask or ("/",):
+        if not path.startswith("/") or not Sdf.Path.IsValidPathString(path) or Sdf.Path(path).IsPropertyPath():
+            raise OptionError(f"mask: {path!r} is no path of a prim, such as /World/Props")
+        population.Add(Sdf.Path(path))
+    layer = Sdf.Layer.FindOrOpen(name)
+    if layer is None:
+        return None
+    session = Sdf.Layer.CreateAnonymous()
+    if session_layer is not None:
+        try:
+            session = Sdf.Layer.FindOrOpen(os.fspath(session_layer))
+        except Tf.ErrorException as error:
+            raise SceneError(f"{session_layer}: cannot be read as a session layer: {error_text(error)}") from error
+        if session is None:
+            raise SceneError(f"{session_layer}: cannot be read as a session layer")
+    return Usd.Stage.OpenMasked(layer, session, population, Usd.Stage.LoadAll)
 
 
 @contextmanager

@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""``warp-rt record``: OpenUSD's usdrecord, flag by flag, without a GPU or a display.
+
+Differs from ``render`` in what usdrecord does by itself: a light sits in the camera even where the scene has lights,
+domes do not show as background, and a stage without ``main_cam`` is framed, whatever other cameras it has.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from warp_rt.cli.parser import Parser, add_json, add_scene, names
+from warp_rt.cli.pictures import View, make_pictures, plan_shots
+from warp_rt.cli.render_arguments import add_machine, add_quality, add_view, render_options
+from warp_rt.cli.strict import add_strict
+from warp_rt.cli.terminal import Terminal
+from warp_rt.errors import OptionError
+from warp_rt.options import AOVS, INTEGRATORS, RenderOptions
+
+if TYPE_CHECKING:
+    from warp_rt.scene import Camera, Scene
+
+_EPILOG = """\
+All flags of usdrecord are taken. Where there is nothing to do for them, nothing is done: --disableGpu, --resolver,
+--traceToFile, --traceFormat, --memstats; --disableDrawMode, as models are always drawn in full. Unlike usdrecord's,
+pictures are in sRGB with --disableGpu too.
+
+FRAMES is as in warp-rt render. OUT is written, also where the render settings' products have names of their own.
+"""
+_COLOR_MODES = {"sRGB": "srgb", "disabled": "raw"}
+
+
+def parser() -> Parser:
+    """Return the parser of ``warp-rt record``."""
+    result = Parser("record", "Render an image from a USD stage, with usdrecord's arguments.", epilog=_EPILOG)
+    add_scene(result)
+    result.add_argument("output", metavar="OUT", help="image to write")
+    when = add_view(result)
+    when.add_argument("--frames", "-f", metavar="FRAMES", help="time codes to render: 1:24, or --frames=-3:-1")
+    usdrecord = result.add_argument_group("usdrecord's")
+    usdrecord.add_argument(
+        "--disableCameraLight", dest="camera_light", action="store_false", help="no light in the camera"
+    )
+    usdrecord.add_argument(
+        "--enableDomeLightVisibility", dest="show_domes", action="store_true", help="domes are the background"
+    )
+    usdrecord.add_argument(
+        "--colorCorrectionMode",
+        "-color",
+        dest="color_mode",
+        choices=(*_COLOR_MODES, "openColorIO"),
+        default="sRGB",
+        help="of PNG and JPEG (default: %(default)s); there is no openColorIO",
+    )
+    usdrecord.add_argument(
+        "--renderer", "-r", metavar="NAME", help=f"of {', '.join(INTEGRATORS)}, as --integrator says"
+    )
+    for flag in ("--disableGpu", "--disableDrawMode", "--memstats"):
+        usdrecord.add_argument(flag, action="store_true", help=argparse.SUPPRESS)
+    for flag in ("--resolver", "--traceToFile", "--traceFormat"):
+        usdrecord.add_argument(flag, help=argparse.SUPPRESS)
+    quality = result.add_argument_group("how it is traced")
+    quality.add_argument("--depth", type=int, metavar="N", help="levels of the ray tree (default: 7)")
+    add_quality(quality)
+    picture = result.add_argument_group("what is written")
+    picture.add_argument(
+        "--aov", type=names, default=("color",), metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)"
+    )
+    picture.add_argument("--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG")
+    add_machine(result)
+    add_strict(result)
+    add_json(result, "what was done, with times and exact ray counts,")
+    return result
+
+
+def run(args: argparse.Namespace, terminal: Terminal) -> int:
+    """Render, write, and tell; return the exit code."""
+    if args.color_mode not in _COLOR_MODES:
+        raise OptionError(
+            f"--colorCorrectionMode: {args.color_mode} is not supported; there are {', '.join(_COLOR_MODES)}"
+        )
+    if args.renderer is not None:
+        if args.renderer.lower() not in INTEGRATORS:
+            raise OptionError(f"--renderer: there is no {args.renderer!r}; there are {', '.join(INTEGRATORS)}")
+        args.integrator = args.renderer.lower()
+    args.tonemap = _COLOR_MODES[args.color_mode]
+    output = Path(args.output)
+    if args.frames is not None and "#" not in output.name:
+        raise OptionError(f"{output}: with --frames, the file name needs a placeholder, such as name.####.png")
+    options = render_options(args, depth=args.depth, aovs=args.aov)
+
+    def view(scene: Scene) -> View:
+        camera = _camera(scene, args.camera, options)
+        if not args.show_domes:
+            scene = replace(scene, domes=tuple(replace(dome, is_visible=False) for dome in scene.domes))
+        if args.camera_light:
+            from warp_rt.headlight import headlight
+
+            scene = replace(scene, lights=(*scene.lights, headlight(camera)))
+        is_framed = camera.path not in [own.path for own in scene.cameras]
+        terminal.info(f"Camera: {'framed' if is_framed else camera.path}")
+        terminal.info(f"Recording time code: {'DEFAULT' if scene.time is None else f'{scene.time:g}'}")
+        return scene, camera
+
+    return make_pictures(args, terminal, options, plan_shots(args.frames, output), view)
+
+
+def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:
+    """Return usdrecord's camera: the one asked for, the render settings', ``main_cam``, or one that frames it all."""
+    from warp_rt.film_camera import MAIN_CAMERA, choose_camera, frame_camera
+
+    paths = [camera.path for camera in scene.cameras]
+    is_there = name or scene.settings.camera in paths or any(path.endswith(f"/{MAIN_CAMERA}") for path in paths)
+    chosen = choose_camera(scene, name) if is_there else None
+    return chosen or frame_camera(scene, options)
