@@ -311,18 +311,6 @@ def refer_to_triangles(
 
 
 @wp.kernel
-def refer_to_boxes(
-    low: wp.array[wp.vec3], high: wp.array[wp.vec3], ids: wp.array[int], references_out: wp.array[Reference]
-):
-    """Write the references of boxes."""
-    i = wp.tid()
-    reference = Reference()
-    reference.low = wp.vec4(low[i][0], low[i][1], low[i][2], wp.cast(ids[i], wp.float32))
-    reference.high = wp.vec4(high[i][0], high[i][1], high[i][2], wp.cast(1, wp.float32))
-    references_out[i] = reference
-
-
-@wp.kernel
 def encode_references(
     references: wp.array[Reference],
     chunk_first: wp.array[int],

@@ -61,6 +61,10 @@ BUILD_STACK = wp.constant(64)
 MIN_EXTENT = wp.constant(1.0e-30)
 """Extent of doubled centroids along an axis up to which the axis cannot be split: its inverse must stay finite."""
 
+INSTANCE_ROUNDING = wp.constant(2.0**-20 + 2.0**-24)
+"""Relative growth of an instance's world box: 16 roundings (2^-24 each) of a ray's transform into its mesh, and one of
+the box itself."""
+
 MORTON_BITS = wp.constant(21)
 """Bits an axis of a Morton code; three axes fill 63 bits."""
 

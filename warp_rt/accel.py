@@ -17,11 +17,11 @@ from warp_rt.forest import (
     build_forest,
     list_leaf_primitives,
     pack_triangles,
-    refer_to_boxes,
+    refer_to_instances,
     refer_to_triangles,
 )
 from warp_rt.jobs import as_warp
-from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, constants
+from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, bvh_instances, constants
 from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, StackEntry, Stacks
 from warp_rt.options import BUILDERS, INTERSECTORS
 from warp_rt.placement import Placement, place_scene, relative_points
@@ -34,9 +34,6 @@ _INTERSECTORS = {
     "moller-trumbore": constants.MOLLER_TRUMBORE,
     "plane-projection": constants.PLANE_PROJECTION,
 }
-
-_ROUNDING = 2.0**-20
-"""Relative growth of an instance's world box: several roundings (2^-24 each) of a ray's transform into its mesh."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +107,7 @@ def build_accel(
         raise OptionError(f"threads: {threads} is less than 1")
     init_warp()
     device = resolve_device(device)
-    for module in (bvh_build, bvh_clusters, bvh_collapse):
+    for module in (bvh_build, bvh_clusters, bvh_collapse, bvh_instances):
         load_module(module, "cpu")
     placement = place_scene(scene)
     host = _build(scene, placement, bvh, Workers(threads))
@@ -169,10 +166,14 @@ def _build(scene: Scene, placement: Placement, builder: str, workers: Workers) -
     forest = build_forest(references, leaf_size=constants.WIDTH, builder=builder, workers=workers)
     leaves = pack_triangles(forest, points, triangles, workers)
 
-    tree = np.searchsorted(trees, scene.instances.mesh[placed])
-    low, high = _world_boxes(boxes[tree].astype(float), placement.world_from_local[placed])
+    tree = np.searchsorted(trees, scene.instances.mesh[placed]).astype(np.int32)
+    world_from_local, local_from_world = placement.world_from_local, placement.local_from_world
+    if len(placed) < len(scene.instances):
+        world_from_local, local_from_world = world_from_local[placed], local_from_world[placed]
+    references = refer_to_instances(tree, forest.roots, boxes, forest.nodes, world_from_local, workers)
+    low, high = (references.array.numpy()[name][:, :3].copy() for name in ("low", "high"))
     top = build_forest(
-        refer_to_boxes(low, high, np.arange(len(placed), dtype=np.int32)),
+        references,
         leaf_size=1,
         builder=builder,
         workers=workers,
@@ -180,10 +181,13 @@ def _build(scene: Scene, placement: Placement, builder: str, workers: Workers) -
     )
     order = list_leaf_primitives(top)
     instances = np.zeros(len(order), InstanceRecord.numpy_dtype())
-    local_from_world = placement.local_from_world[placed[order]].astype(np.float32)
-    for row, name in enumerate(("row_x", "row_y", "row_z")):
-        instances[name] = local_from_world[:, row]
-    instances["is_identity"] = (local_from_world == np.eye(3, 4, dtype=np.float32)).all(axis=(1, 2))
+    wp.launch(
+        bvh_instances.write_transforms,
+        len(order),
+        inputs=[as_warp(order, wp.int32), as_warp(local_from_world, wp.float64)],
+        outputs=[as_warp(instances, InstanceRecord)],
+        device="cpu",
+    )
     instances["root"] = forest.roots[tree[order]]
     instances["instance"] = placed[order]
     instances["mesh"] = trees[tree[order]]
@@ -223,25 +227,6 @@ def _concatenate(
     triangles = np.concatenate([mesh.triangles for mesh in meshes], dtype=np.int32)
     triangles += np.repeat((np.cumsum(sizes) - sizes).astype(np.int32), counts)[:, None]
     return as_warp(np.concatenate(points), wp.vec3), as_warp(triangles.reshape(-1), wp.int32)
-
-
-def _world_boxes(boxes: np.ndarray, world_from_local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the world boxes of instances, each containing all that float32 rays can hit of it.
-
-    Args:
-        boxes: Local boxes, shape [n, 2, 3].
-        world_from_local: shape [n, 3, 4].
-
-    Returns:
-        Lower and upper corners, float32, shape [n, 3] each.
-    """
-    center, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
-    center = np.einsum("nij,nj->ni", world_from_local[:, :, :3], center) + world_from_local[:, :, 3]
-    half = np.einsum("nij,nj->ni", np.abs(world_from_local[:, :, :3]), half)
-    growth = _ROUNDING * (np.abs(center) + half).max(axis=1, keepdims=True)
-    low = np.nextafter((center - half - growth).astype(np.float32), np.float32(-np.inf))
-    high = np.nextafter((center + half + growth).astype(np.float32), np.float32(np.inf))
-    return low, high
 
 
 def _sah_cost(

@@ -13,7 +13,7 @@ from warp_rt.binary_trees import BinaryForest
 from warp_rt.collapse import Forest, check_words, collapse_forest
 from warp_rt.errors import LimitError
 from warp_rt.jobs import Chunks, as_warp, host_array, launch_jobs, split_chunks
-from warp_rt.kernels import bvh_build, bvh_collapse
+from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
 from warp_rt.kernels.constants import LEAF_FLOATS, NODE_FLOATS
 from warp_rt.workers import Workers
@@ -64,33 +64,40 @@ def refer_to_triangles(points: wp.array, triangles: wp.array, counts: np.ndarray
     return References(references, _tree_ranges(chunks, chunk_ranges, tree_first, counts))
 
 
-def refer_to_boxes(low: np.ndarray, high: np.ndarray, ids: np.ndarray) -> References:
-    """Return the references of one tree over boxes.
+def refer_to_instances(
+    tree: np.ndarray,
+    roots: np.ndarray,
+    boxes: np.ndarray,
+    nodes: np.ndarray,
+    world_from_local: np.ndarray,
+    workers: Workers,
+) -> References:
+    """Return the references of one tree over instances: world boxes that contain all that float32 rays can hit.
 
     Args:
-        low: Lower corners, float32, shape [n, 3], n >= 1.
-        high: Upper corners, float32, shape [n, 3].
-        ids: int32, shape [n].
+        tree: int32, shape [n], n >= 1: tree of each instance's mesh.
+        roots: int32, shape [tree_count], child codes of those trees.
+        boxes: float32, shape [tree_count, 2, 3], their local boxes.
+        nodes: Their nodes.
+        world_from_local: float64, shape [n, 3, 4].
+        workers: Threads to use.
     """
-    references = host_array(len(ids), Reference.numpy_dtype())
-    wp.launch(
-        bvh_build.refer_to_boxes,
-        dim=len(ids),
-        inputs=[as_warp(low, wp.vec3), as_warp(high, wp.vec3), as_warp(ids, wp.int32)],
-        outputs=[as_warp(references, Reference)],
-        device="cpu",
-    )
-    ranges = np.zeros(1, BuildRange.numpy_dtype())
-    centroids = low + high
-    for name, values in (
-        ("low", low.min(axis=0)),
-        ("high", high.max(axis=0)),
-        ("centroid_low", centroids.min(axis=0)),
-        ("centroid_high", centroids.max(axis=0)),
-    ):
-        ranges[name][0, :3] = values
-    ranges["count"] = len(ids)
-    return References(as_warp(references, Reference), ranges)
+    count = np.array([len(tree)], np.int32)
+    chunks = split_chunks(count)
+    references = as_warp(host_array(len(tree), Reference.numpy_dtype()), Reference)
+    chunk_ranges = np.empty(len(chunks.tree), BuildRange.numpy_dtype())
+    inputs = [
+        as_warp(tree, wp.int32),
+        as_warp(roots, wp.int32),
+        wp.array(np.ascontiguousarray(boxes, np.float32), dtype=wp.vec3, ndim=2, device="cpu", copy=False),
+        as_warp(nodes, wp.float32),
+        as_warp(world_from_local, wp.float64),
+        as_warp(chunks.first, wp.int32),
+        as_warp(chunks.count, wp.int32),
+    ]
+    outputs = [references, as_warp(chunk_ranges, BuildRange)]
+    launch_jobs(workers, bvh_instances.refer_to_instances, chunks.count, inputs, outputs)
+    return References(references, _tree_ranges(chunks, chunk_ranges, np.zeros(1, np.int32), count))
 
 
 def _tree_ranges(chunks: Chunks, chunk_ranges: np.ndarray, tree_first: np.ndarray, counts: np.ndarray) -> np.ndarray:

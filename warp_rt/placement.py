@@ -14,6 +14,8 @@ import numpy as np
 
 from warp_rt.scene import Scene, point_bounds
 
+_BLOCK = 4096  # instances at a time: what is computed on the way stays in the cache
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -33,17 +35,18 @@ def place_scene(scene: Scene) -> Placement:
     """Return the coordinates that a scene is uploaded in."""
     origin = scene.origin()
     mesh_origins = np.array([_mesh_origin(mesh.points) for mesh in scene.meshes]).reshape(-1, 3)
-    instances = scene.instances
-    linear = np.asarray(instances.world_from_local, float).reshape(-1, 4, 4)[:, :3, :3]
-    translation = np.asarray(instances.world_from_local, float).reshape(-1, 4, 4)[:, :3, 3]
-    translation = translation + np.einsum("nij,nj->ni", linear, mesh_origins[instances.mesh]) - origin
-    inverse = _inverse(linear)
-    return Placement(
-        origin=origin,
-        mesh_origins=mesh_origins,
-        world_from_local=np.concatenate([linear, translation[:, :, None]], axis=2),
-        local_from_world=np.concatenate([inverse, -np.einsum("nij,nj->ni", inverse, translation)[:, :, None]], axis=2),
-    )
+    mesh, matrices = scene.instances.mesh, np.asarray(scene.instances.world_from_local, float).reshape(-1, 4, 4)
+    world_from_local, local_from_world = (np.empty((len(mesh), 3, 4)) for _ in range(2))
+    for start in range(0, len(mesh), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        linear = matrices[rows, :3, :3]
+        shift = np.einsum("nij,nj->ni", linear, mesh_origins[mesh[rows]])
+        translation = matrices[rows, :3, 3] + shift - origin
+        inverse = _inverse(linear)
+        world_from_local[rows, :, :3], world_from_local[rows, :, 3] = linear, translation
+        local_from_world[rows, :, :3] = inverse
+        local_from_world[rows, :, 3] = -np.einsum("nij,nj->ni", inverse, translation)
+    return Placement(origin, mesh_origins, world_from_local, local_from_world)
 
 
 def relative_points(points: np.ndarray, mesh_origin: np.ndarray) -> np.ndarray:

@@ -75,7 +75,12 @@ class Renderer:
         """Notes on the latest render: defaults that stepped in."""
 
         with self._clock("compile"):
-            for module in ("bvh_build", "bvh_clusters", "bvh_collapse"):  # trees are built on the CPU for every device
+            for module in (
+                "bvh_build",
+                "bvh_clusters",
+                "bvh_collapse",
+                "bvh_instances",
+            ):  # trees are built on the CPU for every device
                 load_kernels(module, device="cpu", on_compile=on_compile)
             self._kernel = self._load_render_kernel(on_compile)
         with self._clock("build"):

@@ -32,7 +32,7 @@ KERNEL_FILES = [file for file in FILES if kernels_of(file)]
 
 def test_kernels_were_found() -> None:
     names = {file.__name__.rsplit(".", 1)[1] for file in KERNEL_FILES}
-    assert {"bvh_build", "bvh_clusters", "bvh_collapse", "query"} <= names
+    assert {"bvh_build", "bvh_clusters", "bvh_collapse", "bvh_instances", "query"} <= names
 
 
 @pytest.mark.parametrize("arch", [80, 90])
