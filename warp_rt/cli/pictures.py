@@ -117,7 +117,7 @@ def _make_picture(
     voice.diagnostics(renderer.diagnostics)
 
     write = time.perf_counter()
-    outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output)
+    outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output, aovs=args.aov)
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
     return frame_summary(renderer, film, outputs, seconds, [*scene.diagnostics, *renderer.diagnostics])

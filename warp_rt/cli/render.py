@@ -18,7 +18,9 @@ from warp_rt.options import AOVS
 _EPILOG = """\
 OUT decides by its extension: .exr holds every AOV as linear float; .png (straight alpha) and .jpg (over black) hold
 colour for display, and every further AOV is written beside it, exact, as NAME.AOV.npy. Wherever there are ids,
-NAME.ids.json says which prim each number stands for. No file is ever left half written.
+NAME.ids.json says which prim each number stands for. Costs (nodesVisited, triangleTests, treeSize, deepest, rays) come
+beside PNG and JPEG also as NAME.AOV.png, with a colour bar; a cost that is asked for alone is the picture itself. No
+file is ever left half written.
 
 FRAMES is a list of 123, 101:105, 105:101, 101:109x2 or 101:104x0.5; write --frames=-3:-1 where
 it begins with a minus. OUT then holds one placeholder for the frame's number, ### or ###.## where there are fractions.

@@ -18,7 +18,7 @@ from warp_rt.image.color import display
 from warp_rt.image.contact_sheet import Caption, Cell, contact_sheet
 from warp_rt.image.image import FilmLike, Image, software
 from warp_rt.image.outputs import check_writable, series_files
-from warp_rt.image.png import encode_png
+from warp_rt.image.png import encode_png, opaque
 from warp_rt.image.tone import MAX_EXPOSURE
 
 _BELOW_WHITE = 95.0
@@ -119,10 +119,8 @@ class DepthSeries:
 
     def _repr_png_(self) -> bytes:
         """Return the contact sheet as a PNG file: notebooks call this to show it."""
-        sheet = self.sheet()
-        rgba = np.dstack([sheet, np.full(sheet.shape[:2], 255, np.uint8)])
         facts = {**self.steps[0].image.film.facts, "depth": ", ".join(str(step.depth) for step in self.steps)}
-        return encode_png(rgba, software=software(), metadata=facts, is_srgb=True)
+        return encode_png(opaque(self.sheet()), software=software(), metadata=facts, is_srgb=True)
 
     def __repr__(self) -> str:
         first = self.steps[0].image

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,9 +18,10 @@ from warp_rt.image.color import display, unpremultiply
 from warp_rt.image.exr import write_exr
 from warp_rt.image.ids import encode_ids
 from warp_rt.image.jpeg import MAX_SIDE, encode_jpeg
-from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, planned_files
-from warp_rt.image.png import encode_png
+from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, picture_of, planned_files
+from warp_rt.image.png import encode_png, opaque
 from warp_rt.image.tone import check_display
+from warp_rt.options import COSTS
 
 
 class FilmLike(Protocol):
@@ -113,32 +114,56 @@ class Image:
         alpha = display(self.alpha, tonemap="raw")
         return np.dstack([display(straight, exposure=self.exposure, tonemap=self.tonemap), alpha])
 
-    def save(self, path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    def cost_map(self, aov: str) -> np.ndarray:
+        """Return a cost as a picture with a colour bar: display values, uint8, shape [height, width, 3].
+
+        It is larger than the film by its legend.
+
+        Raises:
+            OptionError: The AOV counts no cost, or the film has no such AOV.
+        """
+        from warp_rt.image.cost_map import cost_map
+
+        if aov not in COSTS:
+            raise OptionError(f"aov: {aov!r} is none of {', '.join(COSTS)}")
+        samples = self.film.facts.get("spp", 1)
+        return cost_map(aov, self[aov], samples=samples if isinstance(samples, int) else 1)
+
+    def save(self, path: str | os.PathLike[str], *, aovs: Iterable[str] | None = None) -> tuple[Path, ...]:
         """Write the picture, each file whole or not at all, and return the files, the picture first.
 
         The extension decides: ``.exr`` holds every AOV, linear; ``.png`` (straight alpha) and ``.jpg`` (over black)
-        hold colour for display, and each further AOV is written beside it as ``NAME.AOV.npy``. With ids,
-        ``NAME.ids.json`` says which prims they are.
+        hold colour for display, and each further AOV is written beside it as ``NAME.AOV.npy``; costs also as pictures
+        with a colour bar, ``NAME.AOV.png``. With ids, ``NAME.ids.json`` says which prims they are.
+
+        Args:
+            path: The picture's file.
+            aovs: Which AOVs; None: all. EXR holds colour in any case; a PNG or JPEG of a single cost shows that.
 
         Raises:
-            OptionError: The extension is unknown.
+            OptionError: The extension is unknown, or there is nothing that the picture could show.
             OutputError: A file could not be written.
         """
         target = Path(path)
-        files = planned_files(target, self.film.aovs)
+        wanted = tuple(self.film.aovs if aovs is None else aovs)
+        files = planned_files(target, wanted)
         for file in files.values():
             check_writable(file)
         for kind, file in files.items():
             if kind == "ids":
                 write_bytes(file, self._encode_ids())
+            elif kind.endswith(".png"):
+                write_bytes(file, self._encode_cost(kind.removesuffix(".png"), "png"))
             elif kind != "image":
                 write_bytes(file, _encode_npy(self[kind]))
-        self._save_picture(target)  # last: where it is, the rest is too
+        self._save_picture(target, wanted)  # last: where it is, the rest is too
         return tuple(files.values())
 
-    def _save_picture(self, path: Path) -> None:
+    def _save_picture(self, path: Path, wanted: tuple[str, ...]) -> None:
         kind = format_of(path)
-        if kind == "exr":
+        if kind != "exr" and (shown := picture_of(path, wanted)) != "color":
+            write_bytes(path, self._encode_cost(shown, kind))
+        elif kind == "exr":
             facts = {**self.film.facts, "colorspace": "linear Rec.709"}
             write_exr(path, self.film.aovs, software=software(), metadata=facts)
         elif kind == "jpeg":
@@ -155,6 +180,12 @@ class Image:
             raise OutputError(f"{path}: JPEG holds at most {MAX_SIDE} pixels a side")
         over_black = display(self.linear, exposure=self.exposure, tonemap=self.tonemap)
         return encode_jpeg(over_black, software=software(), metadata=self._display_facts())
+
+    def _encode_cost(self, aov: str, kind: str) -> bytes:
+        picture, facts = self.cost_map(aov), {**self.film.facts, "aov": aov}
+        if kind == "jpeg":
+            return encode_jpeg(picture, software=software(), metadata=facts)
+        return encode_png(opaque(picture), software=software(), metadata=facts, is_srgb=True)
 
     def _encode_ids(self) -> bytes:
         tables = {"primId": self.film.prims, "instanceId": self.film.instance_paths}

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from warp_rt.errors import OptionError, OutputError
+from warp_rt.options import COSTS
 
 FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".exr": "exr"}
 
@@ -30,23 +31,40 @@ def format_of(path: Path) -> str:
         raise OptionError(f"{path}: the extension must be one of {', '.join(FORMATS)}") from None
 
 
+def picture_of(path: Path, aovs: Iterable[str]) -> str:
+    """Return the AOV that a PNG or JPEG shows: the colour, or the only cost where there is none.
+
+    Raises:
+        OptionError: There is neither.
+    """
+    wanted = tuple(dict.fromkeys(aovs))
+    costs = [aov for aov in wanted if aov in COSTS]
+    if "color" in wanted:
+        return "color"
+    if len(wanted) == len(costs) == 1:
+        return costs[0]
+    raise OptionError(f"{path}: {path.suffix} holds color or one cost; add color to the AOVs or write an .exr")
+
+
 def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
     """Return every file that a picture with these AOVs is written to, by what it holds.
 
     An EXR holds all AOVs. PNG and JPEG hold the colour; each further AOV lies beside it, exact and unfiltered, as
-    ``NAME.AOV.npy``. With an id among the AOVs, ``NAME.ids.json`` says what the ids are (key ``ids``).
+    ``NAME.AOV.npy``, and each cost also as a picture, ``NAME.AOV.png`` (key ``AOV.png``). With an id among the AOVs,
+    ``NAME.ids.json`` says what the ids are (key ``ids``).
 
     Raises:
-        OptionError: The extension is unknown, or the format holds colour but none was asked for.
+        OptionError: The extension is unknown, or ``picture_of`` finds nothing to show.
     """
     wanted = tuple(aovs)
-    if format_of(path) == "exr":
-        files = {"image": path}
-    elif "color" in wanted:
-        files = {"image": path}
-        files |= {aov: path.with_name(f"{path.stem}.{aov}.npy") for aov in wanted if aov not in ("color", "alpha")}
-    else:
-        raise OptionError(f"{path}: {path.suffix} holds color; add it to the AOVs or write an .exr")
+    files = {"image": path}
+    if format_of(path) != "exr":
+        shown = picture_of(path, wanted)
+        for aov in wanted:
+            if aov not in ("color", "alpha"):
+                files[aov] = path.with_name(f"{path.stem}.{aov}.npy")
+            if aov in COSTS and aov != shown:
+                files[f"{aov}.png"] = path.with_name(f"{path.stem}.{aov}.png")
     if any(aov in ID_TABLES for aov in wanted):
         files["ids"] = path.with_name(f"{path.stem}.ids.json")
     return files

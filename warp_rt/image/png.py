@@ -15,6 +15,11 @@ SOFTWARE = "Software"  # the keywords that the PNG specification registers, sect
 SOURCE = "Source"
 
 
+def opaque(rgb: np.ndarray) -> np.ndarray:
+    """Return colours with an alpha that covers: uint8, shape [height, width, 4]."""
+    return np.dstack([rgb, np.full(rgb.shape[:2], 255, np.uint8)])
+
+
 def encode_png(rgba: np.ndarray, *, software: str, metadata: Mapping[str, object], is_srgb: bool) -> bytes:
     """Return a PNG file.
 
