@@ -72,5 +72,5 @@ def intersect_box(origin: wp.vec3, inverse: wp.vec3, t_max: float, low: wp.vec3,
         near = wp.where(inverse[axis] < 0.0, high[axis], low[axis])
         far = wp.where(inverse[axis] < 0.0, low[axis], high[axis])
         t_enter = wp.max((near - origin[axis]) * inverse[axis], t_enter)
-        t_leave = wp.min((far - origin[axis]) * inverse[axis], t_leave)
-    return wp.vec2(t_enter, wp.min(t_leave * SLAB_SCALE, t_max))
+        t_leave = wp.min((far - origin[axis]) * (inverse[axis] * SLAB_SCALE), t_leave)
+    return wp.vec2(t_enter, wp.min(t_leave, t_max))

@@ -10,7 +10,7 @@ import warp as wp
 
 from .bounds import box_half_area
 from .bvh_structs import BinaryTrees, TreeSummary
-from .constants import NODE_CHILDREN, NODE_FLOATS, WIDTH
+from .constants import NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -102,6 +102,42 @@ def gather_children(trees: BinaryTrees, slot: int, work: wp.array[int], found: w
     return count
 
 
+@wp.func
+def order_lanes(nodes: wp.array[float], word: int, octant: int, keys: wp.array[float], lanes: wp.array[int]):
+    """Write the order in which rays of an octant meet the lanes of the node at ``word``, the farthest first.
+
+    By the boxes' centres along the octant's diagonal: within 1 % of the visits that sorting by each ray's own distances
+    would need.
+
+    Reference: Fuetterling et al. (2017), Accelerated Single Ray Tracing for Wide Vector Units, HPG, section 3. Differs
+    by the key: theirs is the binary tree's order.
+
+    Args:
+        nodes: Wide nodes.
+        word: Where the node begins.
+        octant: Bit a is set where component a of the directions is negative.
+        keys: Working memory, shape [16].
+        lanes: Working memory, shape [16].
+    """
+    for lane in range(WIDTH):
+        key = float(0.0)
+        for axis in range(3):
+            center = nodes[word + WIDTH * axis + lane] + nodes[word + WIDTH * (3 + axis) + lane]
+            key += wp.where((octant >> axis) & 1 == 1, -center, center)
+        place = int(lane)
+        while place > 0 and keys[place - 1] < key:
+            keys[place] = keys[place - 1]
+            lanes[place] = lanes[place - 1]
+            place -= 1
+        keys[place] = key
+        lanes[place] = lane
+    for parity in range(2):
+        order = wp.uint32(0)
+        for half in range(wp.static(WIDTH // 2)):
+            order = order | (wp.uint32(lanes[2 * half + parity]) << wp.uint32(4 * half))
+        nodes[word + NODE_ORDERS + 2 * octant + parity] = wp.cast(order, wp.float32)
+
+
 @wp.struct
 class Parts:
     """Parts of trees that are walked one by one: all of a small tree; of a big one the levels above all subtrees,
@@ -161,6 +197,7 @@ def walk_parts(
         base = parts.room[part]
     work = wp.zeros(shape=(wp.static(2 * WIDTH),), dtype=int)
     found = wp.zeros(shape=(WIDTH,), dtype=int)
+    keys = wp.zeros(shape=(WIDTH,), dtype=float)
     pending[base].slot = root
     pending[base].number = 0
     pending[base].level = 1
@@ -210,21 +247,23 @@ def walk_parts(
                     wide_nodes_out[word + WIDTH * axis + lane] = low[axis]
                     wide_nodes_out[word + WIDTH * (3 + axis) + lane] = high[axis]
                 wide_nodes_out[word + NODE_CHILDREN + lane] = wp.cast(code, wp.float32)
-                wide_nodes_out[word + NODE_CHILDREN + WIDTH + lane] = 0.0
+        if is_packing:
+            for octant in range(8):
+                order_lanes(wide_nodes_out, word, octant, keys, found)
     summary.cut_count = cut - parts.cut[part]
     summaries_out[part] = summary
 
 
 @wp.func_native(
     """
-    float* words = leaves.data + (size_t)leaf * 80;
-    int* ids = (int*)words + 72;
-    for (int lane = 0; lane < 8; ++lane) {
+    float* words = leaves.data + (size_t)leaf * 160;
+    int* ids = (int*)words + 144;
+    for (int lane = 0; lane < 16; ++lane) {
         const int triangle = lane < count ? trees.ids.data[begin + lane] : -1;
         for (int corner = 0; corner < 3; ++corner) {
             const float* p = triangle < 0 ? nullptr : &points.data[triangles.data[3 * (size_t)triangle + corner]][0];
             for (int axis = 0; axis < 3; ++axis)
-                words[24 * corner + 8 * axis + lane] = p ? p[axis] : NAN;
+                words[48 * corner + 16 * axis + lane] = p ? p[axis] : NAN;
         }
         ids[lane] = triangle < 0 ? -1 : triangle - first_triangle;
     }

@@ -12,8 +12,9 @@ Mark (2008), Large Ray Packets for Real-time Whitted Ray Tracing, for groups who
 
 import warp as wp
 
+from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Stack
-from .bvh_traverse import descend, is_ray_finite, push, transform_ray
+from .bvh_traverse import is_ray_finite, transform_ray
 from .constants import (
     ALL_RAYS,
     GROUP,
@@ -26,7 +27,6 @@ from .constants import (
 )
 from .intersect_group import bound_group, greatest_end, intersect_boxes_group
 from .intersect_packet import PacketRay, intersect_triangles, lowest_bit
-from .observer import Unobserved
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -67,12 +67,6 @@ class RayGroup:
     """The group's stack, shape [stack_size]."""
     stack: Stack
     """That of a single ray."""
-
-
-@wp.func
-def octant(direction: wp.vec3) -> int:
-    """Return the signs of a direction as three bits."""
-    return wp.where(direction[0] < 0.0, 1, 0) + wp.where(direction[1] < 0.0, 2, 0) + wp.where(direction[2] < 0.0, 4, 0)
 
 
 @wp.func
@@ -143,21 +137,23 @@ def trace_alone(
     is_any: bool,
 ) -> int:
     """Take one ray of a group through the tree below a child code, and return 1 if it hit something."""
-    nobody = Unobserved()
     hit = int(0)
-    push(group.stack, 0, start, t_entry)
-    top = int(1)
+    slot = space * GROUP + index
+    top = int(0)
+    if t_entry <= group.ends[index]:
+        push(group.stack, 0, start, t_entry)
+        top += 1
     while top > 0:
         top -= 1
-        node = group.stack.entries[top].code
-        if group.stack.entries[top].t <= group.ends[index]:
-            ray = group.rays[space * GROUP + index]
-            node, top = descend(accel.nodes, node, ray, group.ends[index], group.stack, top, group.distances, nobody)
-            if node < 0:
-                if meet_leaf(accel, group, -1 - node, space, index, record, is_any) == 1:
-                    hit = 1
-                    if is_any:
-                        top = 0
+        code = stack_code(group.stack, top)
+        if code >= 0:
+            top = push_children(accel.nodes, code, group.rays[slot], group.ends[index], group.stack, top)
+        elif meet_leaf(accel, group, -1 - code, space, index, record, is_any) == 1:
+            hit = 1
+            if is_any:
+                top = 0
+            else:
+                top = cull_stack(group.stack, top, group.ends[index])
     return hit
 
 
@@ -200,9 +196,9 @@ def enter_instance(
         if is_ray_finite(ray.origin, ray.direction):
             set_group_ray(group, 1, index, ray)
             if common < 0:
-                common = octant(ray.direction)
+                common = ray.octant
                 first = index
-            if octant(ray.direction) == common:
+            if ray.octant == common:
                 together = together | (wp.uint32(1) << wp.uint32(index))
             else:
                 hits += trace_alone(accel, group, accel.instances[record].root, t_entry, 1, index, record, is_any)

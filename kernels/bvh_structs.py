@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The records of the bounding volume hierarchy.
 
-A wide node is 64 words of float32: rows low.x low.y low.z high.x high.y high.z of 8 planes each, 8 child codes as
-the bits of int32, 8 spare words. A lane without a child has low = inf, high = -inf. A child code c >= 0 is a node;
-c < 0 is leaf -1 - c: a packet of triangles in a mesh's tree, an instance in the tree over instances.
+A wide node is 128 words of float32: rows low.x low.y low.z high.x high.y high.z of 16 planes each, 16 child codes as
+the bits of int32, and the orders in which rays meet the lanes. A lane without a child has low = inf, high = -inf. A
+child code c >= 0 is a node; c < 0 is leaf -1 - c: a packet of triangles in a mesh's tree, an instance in the tree over
+instances.
 
-A leaf packet is 80 words: 9 rows of 8 coordinates (p0.x p0.y p0.z p1.x ... p2.z), then the 8 triangles' indices in
+Octant o of directions has bit a set where component a is negative. Its order is a list of the 16 lanes, the farthest
+first; position p stands in bits 4 (p / 2) to 4 (p / 2) + 3 of word 2 o + p % 2.
+
+A leaf packet is 160 words: 9 rows of 16 coordinates (p0.x p0.y p0.z p1.x ... p2.z), then the 16 triangles' indices in
 their mesh as the bits of int32. Lanes without a triangle hold NaN, which fails every comparison, and index -1.
 """
 
@@ -38,9 +42,9 @@ class AccelData:
     """Both levels of the hierarchy: everything that a ray query needs."""
 
     nodes: wp.array[float]
-    """Wide nodes of all trees, 64 words each."""
+    """Wide nodes of all trees, 128 words each."""
     leaves: wp.array[float]
-    """Leaf packets of all meshes, 80 words each."""
+    """Leaf packets of all meshes, 160 words each."""
     instances: wp.array[InstanceRecord]
     """In the order of the top-level tree's leaves."""
     root: int
@@ -53,19 +57,13 @@ class AccelData:
 
 
 @wp.struct
-class StackEntry:
-    """A child that a traversal has yet to visit."""
-
-    code: int
-    t: float
-    """Where the ray enters its box."""
-
-
-@wp.struct
 class Stack:
-    """The traversal stack of one ray."""
+    """The traversal stack of one ray: children that it has yet to visit."""
 
-    entries: wp.array[StackEntry]
+    codes: wp.array[int]
+    """Child codes, and LEAVE_INSTANCE."""
+    distances: wp.array[float]
+    """Where the ray enters their boxes."""
 
 
 @wp.struct
@@ -76,7 +74,9 @@ class Stacks:
     (A stack declared in the kernel would be filled with zeros for each ray: 20 to 40 % of the time of a short ray.)
     """
 
-    entries: wp.array2d[StackEntry]
+    codes: wp.array2d[int]
+    """shape [rows, stack_size]"""
+    distances: wp.array2d[float]
     """shape [rows, stack_size]"""
 
 
@@ -178,5 +178,7 @@ class TreeSummary:
 def stack_of_thread(stacks: Stacks, thread: int) -> Stack:
     """Return the stack of a thread: its own row where there are enough of them, else the last, shared one."""
     stack = Stack()
-    stack.entries = stacks.entries[wp.min(thread, stacks.entries.shape[0] - 1)]
+    row = wp.min(thread, stacks.codes.shape[0] - 1)
+    stack.codes = stacks.codes[row]
+    stack.distances = stacks.distances[row]
     return stack

@@ -4,23 +4,10 @@
 
 import warp as wp
 
+from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Hit, InstanceRecord, Stack
-from .constants import (
-    LEAF_FLOATS,
-    LEAF_IDS,
-    NO_TRIANGLE,
-    NODE_CHILDREN,
-    NODE_FLOATS,
-    WATERTIGHT,
-)
-from .intersect_packet import (
-    PacketRay,
-    intersect_boxes,
-    intersect_triangles,
-    intersect_triangles_plain,
-    lowest_bit,
-    make_packet_ray,
-)
+from .constants import LEAF_FLOATS, LEAF_IDS, LEAVE_INSTANCE, NO_TRIANGLE, WATERTIGHT
+from .intersect_packet import PacketRay, intersect_triangles, intersect_triangles_plain, make_packet_ray
 from .observer import Observer, Unobserved, observed
 from .traverse_hooks import tell_node, tell_packet
 
@@ -44,56 +31,6 @@ def transform_ray(instance: InstanceRecord, ray: PacketRay) -> PacketRay:
 
 
 @wp.func
-def push(stack: Stack, top: int, code: int, t: float):
-    """Write the entry above the topmost one; the caller counts."""
-    stack.entries[top].code = code
-    stack.entries[top].t = t
-
-
-@observed
-def descend(
-    nodes: wp.array[float],
-    start: int,
-    ray: PacketRay,
-    t_max: float,
-    stack: Stack,
-    top: int,
-    distances: wp.array[float],
-    observer: Observer,
-):
-    """Return (the nearest leaf below a node, the new top of the stack); a code >= 0 stands for no leaf.
-
-    Follows the nearest child at each level and pushes the others in no order. Sorting them costs more mispredicted
-    branches than it saves node visits.
-    """
-    node = int(start)
-    while node >= 0:
-        tell_node(observer)
-        mask = intersect_boxes(nodes, node, ray, t_max, distances)
-        if mask == 0:
-            break
-        children = node * NODE_FLOATS + NODE_CHILDREN
-        lane = lowest_bit(mask)
-        mask = mask & (mask - 1)
-        nearest = wp.cast(nodes[children + lane], wp.int32)
-        t_nearest = distances[lane]
-        while mask != 0:
-            lane = lowest_bit(mask)
-            mask = mask & (mask - 1)
-            child = wp.cast(nodes[children + lane], wp.int32)
-            t = distances[lane]
-            if t < t_nearest:
-                push(stack, top, nearest, t_nearest)
-                nearest = child
-                t_nearest = t
-            else:
-                push(stack, top, child, t)
-            top += 1
-        node = nearest
-    return node, top
-
-
-@wp.func
 def is_ray_finite(origin: wp.vec3, direction: wp.vec3) -> bool:
     """Return whether no component is inf or NaN, nor so big that their sum is.
 
@@ -109,6 +46,8 @@ def set_ray(target: wp.ref[PacketRay], source: PacketRay):
     target.origin = source.origin
     target.direction = source.direction
     target.inverse = source.inverse
+    target.far_inverse = source.far_inverse
+    target.octant = source.octant
     target.shear = source.shear
     target.axes = source.axes
     target.skip = source.skip
@@ -136,7 +75,7 @@ def traverse(
 ) -> Hit:
     """Return the closest hit in [0, t_max), or the first one found if ``is_any``; tell the observer of each step.
 
-    One loop serves both levels: below an instance, the ray is the mesh's, and the stack's entries from ``base`` on.
+    One loop serves both levels: below an instance, the ray is the mesh's, until LEAVE_INSTANCE is popped.
     """
     hit = Hit()
     hit.t = t_max
@@ -147,49 +86,47 @@ def traverse(
     world_ray = make_packet_ray(origin, direction)
     ray = PacketRay()
     set_ray(ray, world_ray)
-    distances = wp.zeros(shape=(8,), dtype=float)
     tuv = wp.zeros(shape=(4,), dtype=float)
     word = int(-1)
     found = int(-1)
     instance = int(accel.only_instance)
-    base = int(-1)
     if instance >= 0:
         ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
     push(stack, 0, accel.root, 0.0)
     top = int(1)
     while top > 0:
-        if top == base:
+        top -= 1
+        code = stack_code(stack, top)
+        if code >= 0:
+            tell_node(observer)
+            top = push_children(accel.nodes, code, ray, hit.t, stack, top)
+        elif instance < 0:
+            local_ray = transform_ray(accel.instances[-1 - code], world_ray)
+            if is_ray_finite(local_ray.origin, local_ray.direction):
+                instance = -1 - code
+                set_ray(ray, local_ray)
+                ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
+                push(stack, top + 1, accel.instances[instance].root, stack.distances[top])
+                push(stack, top, LEAVE_INSTANCE, 0.0)
+                top += 2
+        elif code == LEAVE_INSTANCE:
             set_ray(ray, world_ray)
             instance = -1
-            base = -1
-        top -= 1
-        node = stack.entries[top].code
-        t_entry = stack.entries[top].t
-        if t_entry <= hit.t:
-            node, top = descend(accel.nodes, node, ray, hit.t, stack, top, distances, observer)
-            if node < 0:
-                if instance < 0:
-                    local_ray = transform_ray(accel.instances[-1 - node], world_ray)
-                    if is_ray_finite(local_ray.origin, local_ray.direction):
-                        instance = -1 - node
-                        base = top
-                        set_ray(ray, local_ray)
-                        ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
-                        push(stack, top, accel.instances[instance].root, t_entry)
-                        top += 1
+        else:
+            tell_packet(observer, accel.leaves, -1 - code)
+            lane = int(-1)
+            if accel.intersector == WATERTIGHT:
+                lane = intersect_triangles(accel.leaves, -1 - code, ray, hit.t, tuv)
+            else:
+                lane = intersect_triangles_plain(accel.leaves, -1 - code, accel.intersector, ray, hit.t, tuv)
+            if lane >= 0:
+                hit.t = tuv[0]
+                word = (-1 - code) * LEAF_FLOATS + LEAF_IDS + lane
+                found = instance
+                if is_any:
+                    top = 0
                 else:
-                    tell_packet(observer, accel.leaves, -1 - node)
-                    lane = int(-1)
-                    if accel.intersector == WATERTIGHT:
-                        lane = intersect_triangles(accel.leaves, -1 - node, ray, hit.t, tuv)
-                    else:
-                        lane = intersect_triangles_plain(accel.leaves, -1 - node, accel.intersector, ray, hit.t, tuv)
-                    if lane >= 0:
-                        hit.t = tuv[0]
-                        word = (-1 - node) * LEAF_FLOATS + LEAF_IDS + lane
-                        found = instance
-                        if is_any:
-                            top = 0
+                    top = cull_stack(stack, top, hit.t)
     if found >= 0:
         hit.u = tuv[1]
         hit.v = tuv[2]

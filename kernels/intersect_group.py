@@ -35,7 +35,7 @@ typedef unsigned short bits16;
 """
 
 # The bounds lose no ray: rounded differences and products are monotone in their operands, so that the group's interval
-# contains those that ``intersect_boxes`` finds for its rays, rounding included.
+# contains those that ``push_children`` finds for its rays, rounding included.
 _GROUP_BOXES = (
     r"""
     const float* rows = (const float*)nodes.data + (size_t)node * NODE_FLOATS;
@@ -61,10 +61,10 @@ _GROUP_BOXES = (
             float t_near = wp::max((near_x[lane] - o_x) * i_x, 0.0f);
             t_near = wp::max((near_y[lane] - o_y) * i_y, t_near);
             t_near = wp::max((near_z[lane] - o_z) * i_z, t_near);
-            float t_far = (far_x[lane] - o_x) * i_x;
-            t_far = wp::min((far_y[lane] - o_y) * i_y, t_far);
-            t_far = wp::min((far_z[lane] - o_z) * i_z, t_far);
-            mask |= (uint32_t)(t_near <= wp::min(t_far * SLAB_SCALE, ends.data[ray])) << ray;
+            float t_far = (far_x[lane] - o_x) * (i_x * SLAB_SCALE);
+            t_far = wp::min((far_y[lane] - o_y) * (i_y * SLAB_SCALE), t_far);
+            t_far = wp::min((far_z[lane] - o_z) * (i_z * SLAB_SCALE), t_far);
+            mask |= (uint32_t)(t_near <= wp::min(t_far, ends.data[ray])) << ray;
         }
         masks.data[lane] = mask & active;
         met |= ((mask & active) != 0) << lane;
@@ -80,16 +80,16 @@ _GROUP_BOXES = (
     const lanes enter_lx = near_bx * low[0], enter_hx = near_bx * high[0];
     const lanes enter_ly = near_by * low[1], enter_hy = near_by * high[1];
     const lanes enter_lz = near_bz * low[2], enter_hz = near_bz * high[2];
-    const lanes leave_lx = far_bx * low[0], leave_hx = far_bx * high[0];
-    const lanes leave_ly = far_by * low[1], leave_hy = far_by * high[1];
-    const lanes leave_lz = far_bz * low[2], leave_hz = far_bz * high[2];
+    const lanes leave_lx = far_bx * (low[0] * SLAB_SCALE), leave_hx = far_bx * (high[0] * SLAB_SCALE);
+    const lanes leave_ly = far_by * (low[1] * SLAB_SCALE), leave_hy = far_by * (high[1] * SLAB_SCALE);
+    const lanes leave_lz = far_bz * (low[2] * SLAB_SCALE), leave_hz = far_bz * (high[2] * SLAB_SCALE);
     const lanes enter_x = WARP_RT_MIN(enter_lx, enter_hx), leave_x = WARP_RT_MAX(leave_lx, leave_hx);
     const lanes enter_y = WARP_RT_MIN(enter_ly, enter_hy), leave_y = WARP_RT_MAX(leave_ly, leave_hy);
     const lanes enter_z = WARP_RT_MIN(enter_lz, enter_hz), leave_z = WARP_RT_MAX(leave_lz, leave_hz);
     const lanes enter_z0 = WARP_RT_MAX(enter_z, (lanes)0.0f), enter_xy = WARP_RT_MAX(enter_x, enter_y);
     const lanes t_enter = WARP_RT_MAX(enter_xy, enter_z0);
     const lanes leave_xy = WARP_RT_MIN(leave_x, leave_y);
-    const lanes t_box = WARP_RT_MIN(leave_xy, leave_z) * SLAB_SCALE;
+    const lanes t_box = WARP_RT_MIN(leave_xy, leave_z);
     const lanes t_leave = WARP_RT_MIN(t_box, (lanes)t_end);
     __builtin_memcpy(distances.data, &t_enter, sizeof(t_enter));
     for (unsigned int mask = WARP_RT_MASK(WIDTH, t_enter <= t_leave); mask != 0; mask &= mask - 1) {
@@ -100,12 +100,12 @@ _GROUP_BOXES = (
             const sixteen o_x = WARP_RT_LOAD(sixteen, o), i_x = WARP_RT_LOAD(sixteen, o + 96);
             const sixteen o_y = WARP_RT_LOAD(sixteen, o + 32), i_y = WARP_RT_LOAD(sixteen, o + 128);
             const sixteen o_z = WARP_RT_LOAD(sixteen, o + 64), i_z = WARP_RT_LOAD(sixteen, o + 160);
-            const sixteen t_x = (near_x[lane] - o_x) * i_x, s_x = (far_x[lane] - o_x) * i_x;
-            const sixteen t_y = (near_y[lane] - o_y) * i_y, s_y = (far_y[lane] - o_y) * i_y;
-            const sixteen t_z = (near_z[lane] - o_z) * i_z, s_z = (far_z[lane] - o_z) * i_z;
+            const sixteen t_x = (near_x[lane] - o_x) * i_x, s_x = (far_x[lane] - o_x) * (i_x * SLAB_SCALE);
+            const sixteen t_y = (near_y[lane] - o_y) * i_y, s_y = (far_y[lane] - o_y) * (i_y * SLAB_SCALE);
+            const sixteen t_z = (near_z[lane] - o_z) * i_z, s_z = (far_z[lane] - o_z) * (i_z * SLAB_SCALE);
             const sixteen t_xy = WARP_RT_MAX(t_x, t_y), t_z0 = WARP_RT_MAX(t_z, (sixteen)0.0f);
             const sixteen t_near = WARP_RT_MAX(t_xy, t_z0), s_xy = WARP_RT_MIN(s_x, s_y);
-            const sixteen s_box = WARP_RT_MIN(s_xy, s_z) * SLAB_SCALE;
+            const sixteen s_box = WARP_RT_MIN(s_xy, s_z);
             const sixteen end = WARP_RT_LOAD(sixteen, (const float*)ends.data + block), t_far = WARP_RT_MIN(s_box, end);
             hits |= (uint32_t)WARP_RT_MASK(16, t_near <= t_far) << block;
         }

@@ -1,21 +1,21 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A ray against the eight boxes of a node or the eight triangles of a leaf packet, all lanes at once.
+"""A ray, prepared for the tests of packets, against the sixteen triangles of a leaf packet, all lanes at once.
 
 Warp does not turn its own vector code into SIMD, so each test exists twice: as a small native function (clang vector
-types on a CPU, a loop over the lanes on a GPU), four times faster there, and as its twin in plain Warp, which says
-what it computes and which tests compare it with, ray by ray.
+types on a CPU, a loop over the lanes on a GPU), several times faster there, and as its twin in plain Warp, which says
+what it computes and which tests compare it with, ray by ray. Native functions take the ray by reference: one passed by
+value is written to memory and read back in other pieces, for which the processor waits.
 """
 
 import warp as wp
 
-from .bounds import intersect_box, inverse_direction
+from .bounds import inverse_direction
 from .constants import (
     LEAF_FLOATS,
     LEAF_IDS,
     MOLLER_TRUMBORE,
     NO_TRIANGLE,
-    NODE_FLOATS,
     PLANE_PROJECTION,
     SLAB_SCALE,
     WIDTH,
@@ -40,7 +40,11 @@ class PacketRay:
     origin: wp.vec3
     direction: wp.vec3
     inverse: wp.vec3
-    """``inverse_direction``, for boxes."""
+    """``inverse_direction``, for the near planes of boxes."""
+    far_inverse: wp.vec3
+    """``inverse`` times SLAB_SCALE, for their far planes."""
+    octant: int
+    """Bit a is set where component a of the direction is negative."""
     shear: wp.vec3
     """``shear_factors``, for triangles."""
     axes: wp.vec3i
@@ -50,12 +54,20 @@ class PacketRay:
 
 
 @wp.func
+def octant_of(direction: wp.vec3) -> int:
+    """Return the octant of directions that a vector lies in: bit a is set where component a is negative."""
+    return wp.where(direction[0] < 0.0, 1, 0) + wp.where(direction[1] < 0.0, 2, 0) + wp.where(direction[2] < 0.0, 4, 0)
+
+
+@wp.func
 def make_packet_ray(origin: wp.vec3, direction: wp.vec3) -> PacketRay:
     """Return a ray prepared for the packet tests."""
     ray = PacketRay()
     ray.origin = origin
     ray.direction = direction
     ray.inverse = inverse_direction(direction)
+    ray.far_inverse = ray.inverse * SLAB_SCALE
+    ray.octant = octant_of(direction)
     ray.axes = shear_axes(direction)
     ray.shear = shear_factors(direction, ray.axes)
     ray.skip = NO_TRIANGLE
@@ -64,107 +76,37 @@ def make_packet_ray(origin: wp.vec3, direction: wp.vec3) -> PacketRay:
 
 # Vectors are loaded through a type without alignment: whoever owns the memory may align it, nothing depends on it.
 # The conditional operator becomes one vminps or vmaxps; it yields its second operand where one is NaN.
-_VECTOR_TYPES = r"""
+VECTOR_TYPES = r"""
 {
 #pragma clang fp contract(off)
-typedef float float8 __attribute__((ext_vector_type(8)));
-typedef float float8_load __attribute__((ext_vector_type(8), aligned(4)));
-typedef int int8x __attribute__((ext_vector_type(8)));
-typedef int int8_load __attribute__((ext_vector_type(8), aligned(4)));
-typedef bool bool8 __attribute__((ext_vector_type(8)));
-#define WARP_RT_LOAD(p) (*(const float8_load*)(p))
+typedef float floats __attribute__((ext_vector_type(16)));
+typedef float floats_load __attribute__((ext_vector_type(16), aligned(4)));
+typedef int ints __attribute__((ext_vector_type(16)));
+typedef int ints_load __attribute__((ext_vector_type(16), aligned(4)));
+typedef bool bools __attribute__((ext_vector_type(16)));
+#define WARP_RT_LOAD(p) (*(const floats_load*)(p))
+#define WARP_RT_LOAD_INTS(p) (*(const ints_load*)(p))
 #define WARP_RT_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define WARP_RT_MAX(a, b) ((a) > (b) ? (a) : (b))
-#define WARP_RT_MASK(m) __builtin_bit_cast(unsigned char, __builtin_convertvector((m), bool8))
+#define WARP_RT_MASK(m) __builtin_bit_cast(unsigned short, __builtin_convertvector((m), bools))
 """
-
-_BOXES = (
-    r"""
-    const float* rows = (const float*)nodes.data + (size_t)node * 64;
-    const int flip_x = ray.inverse[0] < 0.0f ? 24 : 0;
-    const int flip_y = ray.inverse[1] < 0.0f ? 24 : 0;
-    const int flip_z = ray.inverse[2] < 0.0f ? 24 : 0;
-    const float *near_x = rows + flip_x, *near_y = rows + 8 + flip_y, *near_z = rows + 16 + flip_z;
-    const float *far_x = rows + 24 - flip_x, *far_y = rows + 32 - flip_y, *far_z = rows + 40 - flip_z;
-#if defined(__CUDA_ARCH__) || !defined(__clang__)
-    int mask = 0;
-    for (int lane = 0; lane < 8; ++lane) {
-        float t_enter = wp::max((near_x[lane] - ray.origin[0]) * ray.inverse[0], 0.0f);
-        t_enter = wp::max((near_y[lane] - ray.origin[1]) * ray.inverse[1], t_enter);
-        t_enter = wp::max((near_z[lane] - ray.origin[2]) * ray.inverse[2], t_enter);
-        float t_leave = (far_x[lane] - ray.origin[0]) * ray.inverse[0];
-        t_leave = wp::min((far_y[lane] - ray.origin[1]) * ray.inverse[1], t_leave);
-        t_leave = wp::min((far_z[lane] - ray.origin[2]) * ray.inverse[2], t_leave);
-        distances.data[lane] = t_enter;
-        mask |= (t_enter <= wp::min(t_leave * SLAB_SCALE, t_max)) << lane;
-    }
-    return mask;
-#else
-"""
-    + _VECTOR_TYPES
-    + r"""
-    const float8 enter_x = (WARP_RT_LOAD(near_x) - ray.origin[0]) * ray.inverse[0];
-    const float8 enter_y = (WARP_RT_LOAD(near_y) - ray.origin[1]) * ray.inverse[1];
-    const float8 enter_z = (WARP_RT_LOAD(near_z) - ray.origin[2]) * ray.inverse[2];
-    const float8 leave_x = (WARP_RT_LOAD(far_x) - ray.origin[0]) * ray.inverse[0];
-    const float8 leave_y = (WARP_RT_LOAD(far_y) - ray.origin[1]) * ray.inverse[1];
-    const float8 leave_z = (WARP_RT_LOAD(far_z) - ray.origin[2]) * ray.inverse[2];
-    const float8 enter_yz = WARP_RT_MAX(enter_z, (float8)0.0f);
-    const float8 enter_xy = WARP_RT_MAX(enter_x, enter_y);
-    const float8 t_enter = WARP_RT_MAX(enter_xy, enter_yz);
-    const float8 leave_xy = WARP_RT_MIN(leave_x, leave_y);
-    const float8 t_box = WARP_RT_MIN(leave_xy, leave_z) * SLAB_SCALE;
-    const float8 t_leave = WARP_RT_MIN(t_box, (float8)t_max);
-    __builtin_memcpy(distances.data, &t_enter, sizeof(t_enter));
-    return WARP_RT_MASK(t_enter <= t_leave);
-}
-#endif
-"""
-).replace("SLAB_SCALE", f"{SLAB_SCALE!r}f")
-
-
-@wp.func_native(_BOXES)
-def intersect_boxes(nodes: wp.array[float], node: int, ray: PacketRay, t_max: float, distances: wp.array[float]) -> int:
-    """Return the bit mask of a node's children whose boxes a ray meets in [0, t_max].
-
-    Writes where it enters each of the eight boxes to ``distances[0:8]``. Conservative, as ``intersect_box`` is.
-    """
-    ...
-
-
-@wp.func
-def intersect_boxes_plain(
-    nodes: wp.array[float], node: int, ray: PacketRay, t_max: float, distances: wp.array[float]
-) -> int:
-    """Return what ``intersect_boxes`` returns, in plain Warp."""
-    mask = int(0)
-    for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
-        base = node * NODE_FLOATS + lane
-        low = wp.vec3(nodes[base], nodes[base + 8], nodes[base + 16])
-        high = wp.vec3(nodes[base + 24], nodes[base + 32], nodes[base + 40])
-        span = intersect_box(ray.origin, ray.inverse, t_max, low, high)
-        distances[lane] = span[0]
-        if span[0] <= span[1]:
-            mask += 1 << lane
-    return mask
-
 
 _LEAF_ROWS = r"""
-    const float* rows = (const float*)leaves.data + (size_t)leaf * 80;
-    const float *row_x = rows + 8 * ray.axes[0], *row_y = rows + 8 * ray.axes[1], *row_z = rows + 8 * ray.axes[2];
+    const float* rows = (const float*)leaves.data + (size_t)leaf * 160;
+    const float *row_x = rows + 16 * ray.axes[0], *row_y = rows + 16 * ray.axes[1], *row_z = rows + 16 * ray.axes[2];
     const float origin_x = ray.origin[ray.axes[0]], origin_y = ray.origin[ray.axes[1]];
     const float origin_z = ray.origin[ray.axes[2]];
     const float shear_x = ray.shear[0], shear_y = ray.shear[1], shear_z = ray.shear[2];
-    const int* ids = (const int*)rows + 72;
+    const int* ids = (const int*)rows + 144;
 """
 
 _ONE_TRIANGLE = r"""
-        const float az = row_z[lane] - origin_z, bz = row_z[24 + lane] - origin_z, cz = row_z[48 + lane] - origin_z;
+        const float az = row_z[lane] - origin_z, bz = row_z[48 + lane] - origin_z, cz = row_z[96 + lane] - origin_z;
         const float ax = (row_x[lane] - origin_x) - shear_x * az, ay = (row_y[lane] - origin_y) - shear_y * az;
-        const float bx = (row_x[24 + lane] - origin_x) - shear_x * bz;
-        const float by = (row_y[24 + lane] - origin_y) - shear_y * bz;
-        const float cx = (row_x[48 + lane] - origin_x) - shear_x * cz;
-        const float cy = (row_y[48 + lane] - origin_y) - shear_y * cz;
+        const float bx = (row_x[48 + lane] - origin_x) - shear_x * bz;
+        const float by = (row_y[48 + lane] - origin_y) - shear_y * bz;
+        const float cx = (row_x[96 + lane] - origin_x) - shear_x * cz;
+        const float cy = (row_y[96 + lane] - origin_y) - shear_y * cz;
         const float edge_u = cx * by - cy * bx, edge_v = ax * cy - ay * cx, edge_w = bx * ay - by * ax;
         const float determinant = edge_u + edge_v + edge_w;
         const bool is_inside = (edge_u >= 0.0f && edge_v >= 0.0f && edge_w >= 0.0f)
@@ -176,28 +118,28 @@ _ONE_TRIANGLE = r"""
             continue;
 """
 
-_EIGHT_TRIANGLES = (
-    _VECTOR_TYPES
+_ALL_TRIANGLES = (
+    VECTOR_TYPES
     + r"""
-    const float8 az = WARP_RT_LOAD(row_z) - origin_z;
-    const float8 bz = WARP_RT_LOAD(row_z + 24) - origin_z;
-    const float8 cz = WARP_RT_LOAD(row_z + 48) - origin_z;
-    const float8 ax = (WARP_RT_LOAD(row_x) - origin_x) - shear_x * az;
-    const float8 ay = (WARP_RT_LOAD(row_y) - origin_y) - shear_y * az;
-    const float8 bx = (WARP_RT_LOAD(row_x + 24) - origin_x) - shear_x * bz;
-    const float8 by = (WARP_RT_LOAD(row_y + 24) - origin_y) - shear_y * bz;
-    const float8 cx = (WARP_RT_LOAD(row_x + 48) - origin_x) - shear_x * cz;
-    const float8 cy = (WARP_RT_LOAD(row_y + 48) - origin_y) - shear_y * cz;
-    const float8 edge_u = cx * by - cy * bx, edge_v = ax * cy - ay * cx, edge_w = bx * ay - by * ax;
-    const float8 determinant = edge_u + edge_v + edge_w;
-    const float8 least_uv = WARP_RT_MIN(edge_u, edge_v), greatest_uv = WARP_RT_MAX(edge_u, edge_v);
-    const float8 least = WARP_RT_MIN(least_uv, edge_w), greatest = WARP_RT_MAX(greatest_uv, edge_w);
-    const int8x is_inside = ((least >= 0.0f) | (greatest <= 0.0f)) & (determinant != 0.0f)
-        & (*(const int8_load*)ids != ray.skip);
+    const floats az = WARP_RT_LOAD(row_z) - origin_z;
+    const floats bz = WARP_RT_LOAD(row_z + 48) - origin_z;
+    const floats cz = WARP_RT_LOAD(row_z + 96) - origin_z;
+    const floats ax = (WARP_RT_LOAD(row_x) - origin_x) - shear_x * az;
+    const floats ay = (WARP_RT_LOAD(row_y) - origin_y) - shear_y * az;
+    const floats bx = (WARP_RT_LOAD(row_x + 48) - origin_x) - shear_x * bz;
+    const floats by = (WARP_RT_LOAD(row_y + 48) - origin_y) - shear_y * bz;
+    const floats cx = (WARP_RT_LOAD(row_x + 96) - origin_x) - shear_x * cz;
+    const floats cy = (WARP_RT_LOAD(row_y + 96) - origin_y) - shear_y * cz;
+    const floats edge_u = cx * by - cy * bx, edge_v = ax * cy - ay * cx, edge_w = bx * ay - by * ax;
+    const floats determinant = edge_u + edge_v + edge_w;
+    const floats least_uv = WARP_RT_MIN(edge_u, edge_v), greatest_uv = WARP_RT_MAX(edge_u, edge_v);
+    const floats least = WARP_RT_MIN(least_uv, edge_w), greatest = WARP_RT_MAX(greatest_uv, edge_w);
+    const ints is_inside = ((least >= 0.0f) | (greatest <= 0.0f)) & (determinant != 0.0f)
+        & (WARP_RT_LOAD_INTS(ids) != ray.skip);
     // Most packets are missed: the division is paid for by rays that pass through a triangle only.
     if (WARP_RT_MASK(is_inside) == 0)
         return WARP_RT_NONE;
-    const float8 t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear_z / determinant);
+    const floats t = (edge_u * az + edge_v * bz + edge_w * cz) * (shear_z / determinant);
     unsigned int mask = WARP_RT_MASK(is_inside & (t >= 0.0f) & (t < t_max));
 """
 )
@@ -207,7 +149,7 @@ _NEAREST_TRIANGLE = (
     + r"""
     int nearest = -1;
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
-    for (int lane = 0; lane < 8; ++lane) {
+    for (int lane = 0; lane < 16; ++lane) {
 """
     + _ONE_TRIANGLE
     + r"""
@@ -221,7 +163,7 @@ _NEAREST_TRIANGLE = (
     return nearest;
 #else
 """
-    + _EIGHT_TRIANGLES.replace("WARP_RT_NONE", "-1")
+    + _ALL_TRIANGLES.replace("WARP_RT_NONE", "-1")
     + r"""
     for (; mask != 0; mask &= mask - 1) {
         const int lane = __builtin_ctz(mask);
@@ -247,7 +189,7 @@ _TRIANGLE_COUNT = (
     + r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     int count = 0;
-    for (int lane = 0; lane < 8; ++lane) {
+    for (int lane = 0; lane < 16; ++lane) {
 """
     + _ONE_TRIANGLE
     + r"""
@@ -256,7 +198,7 @@ _TRIANGLE_COUNT = (
     return count;
 #else
 """
-    + _EIGHT_TRIANGLES.replace("WARP_RT_NONE", "0")
+    + _ALL_TRIANGLES.replace("WARP_RT_NONE", "0")
     + r"""
     return __builtin_popcount(mask);
 }
@@ -266,7 +208,9 @@ _TRIANGLE_COUNT = (
 
 
 @wp.func_native(_NEAREST_TRIANGLE)
-def intersect_triangles(leaves: wp.array[float], leaf: int, ray: PacketRay, t_max: float, tuv: wp.array[float]) -> int:
+def intersect_triangles(
+    leaves: wp.array[float], leaf: int, ray: wp.ref[PacketRay], t_max: float, tuv: wp.array[float]
+) -> int:
     """Return the lane of a leaf packet's triangle that a ray meets first in [0, t_max), or -1.
 
     Writes (t, u, v) to ``tuv[0:3]`` on a hit. Watertight, as ``intersect_watertight`` is, but for ``ray.skip``.
@@ -277,8 +221,8 @@ def intersect_triangles(leaves: wp.array[float], leaf: int, ray: PacketRay, t_ma
 @wp.func
 def packet_vertex(leaves: wp.array[float], leaf: int, lane: int, corner: int) -> wp.vec3:
     """Return a vertex of a packet's triangle; NaN in an empty lane."""
-    base = leaf * LEAF_FLOATS + corner * 24 + lane
-    return wp.vec3(leaves[base], leaves[base + 8], leaves[base + 16])
+    base = leaf * LEAF_FLOATS + 3 * WIDTH * corner + lane
+    return wp.vec3(leaves[base], leaves[base + WIDTH], leaves[base + 2 * WIDTH])
 
 
 @wp.func
@@ -288,7 +232,7 @@ def packet_triangle(leaves: wp.array[float], leaf: int, lane: int) -> int:
 
 
 @wp.func_native(_TRIANGLE_COUNT)
-def count_triangles(leaves: wp.array[float], leaf: int, ray: PacketRay, t_max: float) -> int:
+def count_triangles(leaves: wp.array[float], leaf: int, ray: wp.ref[PacketRay], t_max: float) -> int:
     """Return how many of a leaf packet's triangles a ray meets in [0, t_max), edges and vertices included."""
     ...
 
@@ -327,7 +271,7 @@ def intersect_triangles_plain(
     """Return what ``intersect_triangles`` returns, in plain Warp, by the scalar test that ``intersector`` names."""
     nearest = int(-1)
     t_nearest = float(t_max)
-    for lane in range(wp.int32(WIDTH)):  # a loop, not eight copies
+    for lane in range(wp.int32(WIDTH)):  # a loop, not sixteen copies
         hit = intersect_packet_triangle(leaves, leaf, lane, intersector, ray)
         if hit.t < t_nearest:
             t_nearest = hit.t

@@ -164,9 +164,15 @@ def shear_axes(direction: wp.vec3) -> wp.vec3i:
 
 @wp.func
 def rotate_axes(v: wp.vec3, axes: wp.vec3i) -> wp.vec3:
-    """Return a vector's components in the order of ``shear_axes``; selecting is faster than indexing here."""
-    rotated = wp.where(axes[2] == 0, wp.vec3(v[1], v[2], v[0]), wp.vec3(v[2], v[0], v[1]))
-    return wp.where(axes[2] == 2, v, rotated)
+    """Return a vector's components in the order of ``shear_axes``.
+
+    Component by component: that becomes moves without branches, which incoherent rays would mispredict.
+    """
+    return wp.vec3(
+        wp.where(axes[2] == 2, v[0], wp.where(axes[2] == 0, v[1], v[2])),
+        wp.where(axes[2] == 2, v[1], wp.where(axes[2] == 0, v[2], v[0])),
+        wp.where(axes[2] == 2, v[2], wp.where(axes[2] == 0, v[0], v[1])),
+    )
 
 
 @wp.func

@@ -4,11 +4,11 @@
 
 import warp as wp
 
-from .bvh_group import RayGroup, octant, set_group_ray, trace_group
+from .bvh_group import RayGroup, set_group_ray, trace_group
 from .bvh_structs import AccelData
 from .bvh_traverse import is_ray_finite
 from .constants import GROUP, GROUP_SPAN
-from .intersect_packet import make_packet_ray
+from .intersect_packet import make_packet_ray, octant_of
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -36,7 +36,7 @@ def sort_by_octant(
     for i in range(count):
         key = int(8)
         if is_ray_finite(origins[first + i], directions[first + i]):
-            key = octant(directions[first + i])
+            key = octant_of(directions[first + i])
         span.keys[i] = key
         span.ends[key] = span.ends[key] + 1
     total = int(0)

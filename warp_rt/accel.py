@@ -22,7 +22,7 @@ from warp_rt.forest import (
 )
 from warp_rt.jobs import as_warp
 from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, bvh_instances, constants
-from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, StackEntry, Stacks
+from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
 from warp_rt.options import BUILDERS, INTERSECTORS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import Mesh, Scene
@@ -42,9 +42,9 @@ class BvhStatistics:
 
     builder: str
     nodes: int
-    """Nodes of eight children, both levels."""
+    """Nodes of up to sixteen children, both levels."""
     leaves: int
-    """Packets of up to eight triangles."""
+    """Packets of up to sixteen triangles."""
     depth: int
     """Levels of nodes on the longest way down, both levels."""
     sah_cost: float
@@ -133,10 +133,15 @@ def make_stacks(accel: Accel, rows: int = 1) -> Stacks:
         rows: On a GPU, the number of threads of the launch. On the CPU one row serves a whole launch, but launches
             that run at the same time need stacks of their own.
     """
-    # Threads of a GPU reach the same depth at about the same time: the entries of one depth are neighbours.
-    by_depth = wp.empty((accel.stack_size, rows), dtype=StackEntry, device=accel.device)
     stacks = Stacks()
-    stacks.entries = by_depth.transpose()
+    for name, dtype in (("codes", wp.int32), ("distances", wp.float32)):
+        if accel.device == "cpu":
+            # All children of a node are written at once, and then as many count as the ray meets.
+            entries = wp.empty((rows, accel.stack_size + constants.WIDTH), dtype=dtype, device=accel.device)
+        else:
+            # Threads of a GPU reach the same depth at about the same time: the entries of one depth are neighbours.
+            entries = wp.empty((accel.stack_size, rows), dtype=dtype, device=accel.device).transpose()
+        setattr(stacks, name, entries)
     return stacks
 
 
@@ -200,13 +205,13 @@ def _build(scene: Scene, placement: Placement, builder: str, workers: Workers) -
         sah_cost=_sah_cost(top, forest, boxes, low, high, tree),
         bytes=nodes.nbytes + leaves.nbytes + instances.nbytes,
     )
-    # One entry for the root of each level besides what the trees leave pending.
+    # Besides what the trees leave pending: the child that is visited next, and where an instance is left.
     stack_size = 2 + int(top.stack_sizes[0] + forest.stack_sizes[tree].max())
     return _HostBvh(nodes, leaves, instances, int(top.roots[0]), stack_size, statistics)
 
 
 def _empty(builder: str) -> _HostBvh:
-    """Return the hierarchy of nothing: one node whose eight lanes are empty, so that queries need no special case."""
+    """Return the hierarchy of nothing: one node whose lanes are all empty, so that queries need no special case."""
     node = np.zeros(constants.NODE_FLOATS, np.float32)
     node[: 3 * constants.WIDTH] = np.inf
     node[3 * constants.WIDTH : 6 * constants.WIDTH] = -np.inf

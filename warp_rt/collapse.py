@@ -44,7 +44,7 @@ class Forest:
     roots: np.ndarray
     """int32, shape [tree_count], child codes."""
     nodes: np.ndarray
-    """float32, shape [node_count * 64]."""
+    """float32, shape [node_count * 128]."""
 
     @property
     def leaf_count(self) -> int:

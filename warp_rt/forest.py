@@ -15,7 +15,7 @@ from warp_rt.errors import LimitError
 from warp_rt.jobs import Chunks, as_warp, host_array, launch_jobs, split_chunks
 from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
-from warp_rt.kernels.constants import LEAF_FLOATS, NODE_FLOATS
+from warp_rt.kernels.constants import LEAF_FLOATS, WIDTH
 from warp_rt.workers import Workers
 
 BUILDERS = {
@@ -130,8 +130,8 @@ def build_forest(
         LimitError: The arrays would have more elements than 32-bit indices reach.
     """
     count = references.array.shape[0]
-    if count * NODE_FLOATS // 4 >= 1 << 31:
-        raise LimitError(f"{count} primitives are more than a bounding volume hierarchy can hold (2^27)")
+    if 2 * count * WIDTH >= 1 << 31:
+        raise LimitError(f"{count} primitives are more than a bounding volume hierarchy can hold (2^26)")
     codes = as_warp(np.empty(0, np.uint64), wp.uint64)
     if builder == "lbvh":
         references, codes = _sort_by_morton_code(references, workers)

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import warp as wp
 
-from warp_rt.accel import Accel
+from warp_rt.accel import Accel, make_stacks
 from warp_rt.kernels.bvh_group import GroupEntry, RayGroup
-from warp_rt.kernels.bvh_structs import Stack, StackEntry
+from warp_rt.kernels.bvh_structs import Stack
 from warp_rt.kernels.constants import GROUP, GROUP_RAY_FLOATS, GROUP_SPAN, WIDTH
 from warp_rt.kernels.intersect_packet import PacketRay
 from warp_rt.kernels.query_group import RaySpan
@@ -23,8 +23,9 @@ def make_ray_span(accel: Accel) -> RaySpan:
     group.word, group.record = _empty(GROUP, int), _empty(GROUP, int)
     group.distances, group.masks, group.tuv = _empty(WIDTH, float), _empty(WIDTH, wp.uint32), _empty(4, float)
     group.entries = _empty(accel.stack_size, GroupEntry)
+    stacks = make_stacks(accel)
     group.stack = Stack()
-    group.stack.entries = _empty(accel.stack_size, StackEntry)
+    group.stack.codes, group.stack.distances = stacks.codes[0], stacks.distances[0]
     span = RaySpan()
     span.keys, span.order, span.ends = _empty(GROUP_SPAN, int), _empty(GROUP_SPAN, int), _empty(9, int)
     span.group = group

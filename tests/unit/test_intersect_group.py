@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A group of rays against eight boxes: the native test against its plain twin, and against each ray by itself."""
+"""A group of rays against the boxes of a node: the native test against its plain twin and against each single ray."""
 
 import numpy as np
 import warp as wp
 
-from warp_rt.kernels.constants import GROUP, GROUP_RAY_FLOATS
+from warp_rt.kernels.bvh_stack import push_children
+from warp_rt.kernels.bvh_structs import Stack
+from warp_rt.kernels.constants import GROUP, GROUP_RAY_FLOATS, WIDTH
 from warp_rt.kernels.intersect_group import (
     bound_group,
     bound_group_plain,
@@ -13,7 +15,7 @@ from warp_rt.kernels.intersect_group import (
     intersect_boxes_group,
     intersect_boxes_group_plain,
 )
-from warp_rt.kernels.intersect_packet import intersect_boxes, make_packet_ray
+from warp_rt.kernels.intersect_packet import make_packet_ray
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -35,6 +37,8 @@ def compare_groups(
     distances_out: wp.array3d[float],
     alone_out: wp.array2d[wp.uint32],
     alone_distances_out: wp.array3d[float],
+    codes_out: wp.array2d[int],
+    entries_out: wp.array2d[float],
     greatest_out: wp.array[float],
 ):
     i = wp.tid()
@@ -57,10 +61,13 @@ def compare_groups(
     for ray in range(wp.int32(GROUP)):
         bit = wp.uint32(1) << wp.uint32(ray)
         one = make_packet_ray(origins[i, ray], directions[i, ray])
-        mask = intersect_boxes(nodes, i, one, ends[i, ray], alone_distances_out[i, ray])
-        for lane in range(8):
-            if (mask & (1 << lane)) != 0:
-                alone_out[i, lane] = alone_out[i, lane] | bit
+        stack = Stack()
+        stack.codes = codes_out[i]
+        stack.distances = entries_out[i]
+        for entry in range(push_children(nodes, i, one, ends[i, ray], stack, 0)):
+            lane = stack.codes[entry]  # a child's code is its lane here
+            alone_out[i, lane] = alone_out[i, lane] | bit
+            alone_distances_out[i, ray, lane] = stack.distances[entry]
 
 
 def random_groups(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -80,12 +87,20 @@ def random_groups(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.
 
 def test_groups_against_their_rays(device: str) -> None:
     rng = np.random.default_rng(1)
-    corners = rng.uniform(-2, 2, (COUNT, 2, 3, 8))
+    corners = rng.uniform(-2, 2, (COUNT, 2, 3, WIDTH))
     corners = np.where(rng.uniform(size=(COUNT, 1, 1, 1)) < 0.3, np.round(corners), corners)
-    nodes = np.zeros((COUNT, 64), np.float32)
-    nodes[:, :24], nodes[:, 24:48] = corners.min(axis=1).reshape(-1, 24), corners.max(axis=1).reshape(-1, 24)
-    empty = rng.uniform(size=(COUNT, 8)) < 0.2
-    nodes[:, :24][np.tile(empty, (1, 3))], nodes[:, 24:48][np.tile(empty, (1, 3))] = np.inf, -np.inf
+    nodes = np.zeros((COUNT, 8 * WIDTH), np.float32)
+    nodes[:, : 3 * WIDTH] = corners.min(axis=1).reshape(COUNT, -1)
+    nodes[:, 3 * WIDTH : 6 * WIDTH] = corners.max(axis=1).reshape(COUNT, -1)
+    empty = rng.uniform(size=(COUNT, WIDTH)) < 0.2
+    nodes[:, : 3 * WIDTH][np.tile(empty, (1, 3))] = np.inf
+    nodes[:, 3 * WIDTH : 6 * WIDTH][np.tile(empty, (1, 3))] = -np.inf
+    words = nodes.view(np.uint32)
+    words[:, 6 * WIDTH : 7 * WIDTH] = np.arange(WIDTH)
+    shifts = 4 * np.arange(WIDTH // 2, dtype=np.uint32)
+    for parity in range(2):  # lanes in their own order, whatever the octant
+        lanes_of_word = np.arange(parity, WIDTH, 2, dtype=np.uint32)
+        words[:, 7 * WIDTH + parity :: 2] = np.bitwise_or.reduce(lanes_of_word << shifts)
     origins, directions, ends = random_groups(rng)
     active = rng.integers(0, 2**32, COUNT, dtype=np.uint32) | rng.choice([0, 2**32 - 1], COUNT).astype(np.uint32)
     inputs = [
@@ -94,16 +109,17 @@ def test_groups_against_their_rays(device: str) -> None:
         wp.array(ends, dtype=float, device=device),
         wp.array(active, dtype=wp.uint32, device=device),
     ]
-    shapes = [((2, COUNT, GROUP_RAY_FLOATS), float), ((2, COUNT), int), ((2, COUNT, 8), wp.uint32)]
-    shapes += [((2, COUNT, 8), float), ((COUNT, 8), wp.uint32), ((COUNT, GROUP, 8), float), ((COUNT,), float)]
+    shapes = [((2, COUNT, GROUP_RAY_FLOATS), float), ((2, COUNT), int), ((2, COUNT, WIDTH), wp.uint32)]
+    shapes += [((2, COUNT, WIDTH), float), ((COUNT, WIDTH), wp.uint32), ((COUNT, GROUP, WIDTH), float)]
+    shapes += [((COUNT, 2 * WIDTH), int), ((COUNT, 2 * WIDTH), float), ((COUNT,), float)]
     outputs = [wp.zeros(shape, dtype=dtype, device=device) for shape, dtype in shapes]
     wp.launch(compare_groups, COUNT, inputs=inputs, outputs=outputs, device=device)
-    words, met, masks, distances, alone, alone_distances, greatest = (array.numpy() for array in outputs)
+    words, met, masks, distances, alone, alone_distances, _, _, greatest = (array.numpy() for array in outputs)
 
     np.testing.assert_array_equal(words[0], words[1])
     np.testing.assert_array_equal(greatest, ends.max(axis=1))
     np.testing.assert_array_equal(met[0], met[1])
-    lanes = (met[0][:, None] >> np.arange(8)) & 1 == 1
+    lanes = (met[0][:, None] >> np.arange(WIDTH)) & 1 == 1
     assert 0.1 < lanes.mean() < 0.7
     np.testing.assert_array_equal(masks[0][lanes], masks[1][lanes])
     np.testing.assert_array_equal(distances[0][lanes], distances[1][lanes])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The native tests of eight boxes and eight triangles against their plain twins, lane by lane and bit by bit."""
+"""The native tests of sixteen triangles against their plain twins, lane by lane and bit by bit."""
 
 import numpy as np
 import warp as wp
@@ -9,11 +9,8 @@ from warp_rt.kernels.constants import WATERTIGHT
 from warp_rt.kernels.intersect_packet import (
     count_triangles,
     count_triangles_plain,
-    intersect_boxes,
-    intersect_boxes_plain,
     intersect_triangles,
     intersect_triangles_plain,
-    lowest_bit,
     make_packet_ray,
 )
 from warp_rt.warp_setup import init_warp
@@ -22,21 +19,6 @@ init_warp()
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 COUNT = 20_000
-
-
-@wp.kernel
-def compare_boxes(
-    nodes: wp.array[float],
-    origins: wp.array[wp.vec3],
-    directions: wp.array[wp.vec3],
-    t_max: wp.array[float],
-    masks_out: wp.array2d[int],
-    distances_out: wp.array3d[float],
-):
-    i = wp.tid()
-    ray = make_packet_ray(origins[i], directions[i])
-    masks_out[0, i] = intersect_boxes(nodes, i, ray, t_max[i], distances_out[0, i])
-    masks_out[1, i] = intersect_boxes_plain(nodes, i, ray, t_max[i], distances_out[1, i])
 
 
 @wp.kernel
@@ -69,12 +51,6 @@ def compare_counts(
     counts_out[1, i] = count_triangles_plain(leaves, i, WATERTIGHT, ray, t_max[i])
 
 
-@wp.kernel
-def list_lowest_bits(masks: wp.array[int], bits_out: wp.array[int]):
-    i = wp.tid()
-    bits_out[i] = lowest_bit(masks[i])
-
-
 def launch(kernel, records: np.ndarray, rays: list[np.ndarray], width: int, device: str):
     out = wp.zeros((2, COUNT), dtype=int, device=device)
     values = wp.zeros((2, COUNT, width), dtype=float, device=device)
@@ -97,30 +73,13 @@ def random_rays(rng: np.random.Generator) -> list[np.ndarray]:
     return [origins, directions, t_max]
 
 
-def test_boxes(device: str) -> None:
-    rng = np.random.default_rng(1)
-    corners = rng.uniform(-2, 2, (COUNT, 2, 3, 8))
-    corners = np.where(rng.uniform(size=(COUNT, 1, 1, 1)) < 0.3, np.round(corners), corners)
-    nodes = np.zeros((COUNT, 64))
-    nodes[:, :24], nodes[:, 24:48] = corners.min(axis=1).reshape(-1, 24), corners.max(axis=1).reshape(-1, 24)
-    empty = rng.uniform(size=(COUNT, 1, 8)) < 0.2
-    nodes[:, :48] = np.where(np.repeat(empty, 6, axis=1), np.repeat([np.inf, -np.inf], 3)[:, None],
-                             nodes[:, :48].reshape(-1, 6, 8)).reshape(-1, 48)  # fmt: skip
-    masks, distances = launch(compare_boxes, nodes, random_rays(rng), 8, device)
-    np.testing.assert_array_equal(masks[0], masks[1])
-    assert 0.05 < np.mean([bin(m).count("1") for m in masks[0]]) / 8 < 0.6
-    lanes = (masks[0][:, None] >> np.arange(8)) & 1 == 1
-    assert not (lanes & empty[:, 0]).any()
-    np.testing.assert_array_equal(distances[0][lanes], distances[1][lanes])
-
-
 def random_leaves(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return leaf packets, all lanes with index 0, and which lanes are empty."""
-    leaves = np.zeros((COUNT, 80))
-    center = rng.uniform(-1.5, 1.5, (COUNT, 1, 3, 8))
-    leaves[:, :72] = (center + rng.normal(size=(COUNT, 3, 3, 8))).reshape(COUNT, 72)
-    empty = np.arange(8) >= rng.integers(1, 9, (COUNT, 1))
-    leaves[:, :72] = np.where(np.repeat(empty[:, None], 9, axis=1).reshape(COUNT, 72), np.nan, leaves[:, :72])
+    leaves = np.zeros((COUNT, 160))
+    center = rng.uniform(-1.5, 1.5, (COUNT, 1, 3, 16))
+    leaves[:, :144] = (center + rng.normal(size=(COUNT, 3, 3, 16))).reshape(COUNT, 144)
+    empty = np.arange(16) >= rng.integers(1, 17, (COUNT, 1))
+    leaves[:, :144] = np.where(np.repeat(empty[:, None], 9, axis=1).reshape(COUNT, 144), np.nan, leaves[:, :144])
     return leaves, empty
 
 
@@ -146,10 +105,3 @@ def test_counts(device: str) -> None:
     np.testing.assert_array_equal(counts[0] > 0, lanes[0] >= 0)
     assert len(np.unique(counts)) > 4
     assert (counts[0] <= (~empty).sum(axis=1)).all()
-
-
-def test_lowest_bit(device: str) -> None:
-    masks = np.arange(1, 256, dtype=np.int32)
-    bits = wp.empty(len(masks), dtype=int, device=device)
-    wp.launch(list_lowest_bits, len(masks), inputs=[wp.array(masks, device=device)], outputs=[bits], device=device)
-    np.testing.assert_array_equal(bits.numpy(), [(int(m) & -int(m)).bit_length() - 1 for m in masks])
