@@ -16,6 +16,7 @@ NAMES = {
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
     "startup": "whole processes, warm and cold",
     "leaks": "a hundred million rays aimed at edges and vertices",
+    "hierarchies": "tests and time a ray: brute force, four builders, boxes and spheres",
     "plots": "pictures of the saved results, in docs/performance/",
 }
 
@@ -24,7 +25,7 @@ def main() -> None:
     """Run the benchmark that the command line names."""
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name not in NAMES:
-        print(__doc__, *(f"{key:<10}{text}" for key, text in NAMES.items()), sep="\n")
+        print(__doc__, *(f"{key:<13}{text}" for key, text in NAMES.items()), sep="\n")
         raise SystemExit(0 if name in ("", "-h", "--help") else 2)
     importlib.import_module(f"benchmarks.{name}").main(sys.argv[2:])
 

@@ -64,13 +64,16 @@ def noisy_icosphere(levels: int, noise: float = 0.02) -> TriangleMesh:
     return TriangleMesh(vertices.astype(np.float32), triangles.astype(np.int32))
 
 
-def noisy_torus(count: int, noise: float = 0.02) -> TriangleMesh:
-    """Return a torus of about ``count`` triangles whose vertices are moved by up to ``noise``: a mesh of any size."""
+def noisy_torus(count: int, noise: float = 0.2) -> TriangleMesh:
+    """Return a torus of about ``count`` triangles, whatever their number of the same shape.
+
+    Its vertices are moved in and out by up to ``noise`` times the length of the edges across.
+    """
     across = max(3, round(np.sqrt(count / 4)))
     around = max(3, round(count / (2 * across)))
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
     a, b = 2 * np.pi * i / around, 2 * np.pi * j / across
-    tube = 0.4 * np.random.default_rng(7).uniform(1 - noise, 1 + noise, a.shape)
+    tube = 0.4 * (1 + 2 * np.pi / across * np.random.default_rng(7).uniform(-noise, noise, a.shape))
     radius = 1 + tube * np.cos(b)
     points = np.stack([radius * np.cos(a), radius * np.sin(a), tube * np.sin(b)], axis=-1)
     rows = np.arange(around * across, dtype=np.int32).reshape(around, across)

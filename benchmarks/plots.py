@@ -33,6 +33,13 @@ COLORS = {
     "warp_rt, midpoint": PURPLE,
     "warp_rt, lbvh": SKY,
 }
+TREE_COLORS = {
+    "brute force": BLUE,
+    "lbvh": SKY,
+    "median": ORANGE,
+    "midpoint": PURPLE,
+    "sah": VERMILION,
+}
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -166,6 +173,59 @@ def draw_scaling(rows: Sequence[results.Row]) -> Any:
     return figure
 
 
+def draw_hierarchies(rows: Sequence[results.Row]) -> Any:
+    """Return tests a ray and nanoseconds a ray by triangles: brute force, and the trees in the lecture's order."""
+    figure, axes = panels(1, 3, width=10.5, height=3.8)
+    for structure, color in TREE_COLORS.items():
+        for volume, style in {"none": "-", "box": "-", "sphere": ":"}.items():
+            chosen = [row for row in rows if (row["structure"], row["volume"]) == (structure, volume)]
+            chosen = sorted((r for r in chosen if r["order"] != "nearer first"), key=lambda row: row["triangles"])
+            x = [row["triangles"] for row in chosen]
+            tests = [row["volume_tests"] + row["triangle_tests"] for row in chosen]
+            each = [statistics.median(row["ns_a_ray"]) for row in chosen]
+            label = structure if volume != "sphere" else None
+            for axis, y in zip(axes.flat, (tests, tests, each), strict=True):
+                if chosen and not (axis is axes[0, 1] and volume == "none"):
+                    axis.plot(x, y, style, marker="o", markersize=3, color=color, label=label)
+    ours = sorted((row for row in rows if row["structure"] == "warp_rt"), key=lambda row: row["triangles"])
+    each = [statistics.median(row["ns_a_ray"]) for row in ours]
+    axes[0, 2].plot([row["triangles"] for row in ours], each, "s-", markersize=3, color=INK, label="warp_rt itself")
+    axes[0, 0].set_title("tests a ray")
+    axes[0, 1].set_title("the same, hierarchies alone")
+    axes[0, 2].set_title("nanoseconds a ray, one thread")
+    for axis in axes.flat:
+        log_log(axis)
+    axes[0, 1].set_yscale("linear")
+    axes[0, 1].set_ylim(bottom=0)
+    axes[0, 0].legend(fontsize=8)
+    axes[0, 2].legend(fontsize=8)
+    axes[0, 1].set_xlabel("triangles (solid: boxes, dotted: spheres)")
+    return figure
+
+
+def draw_complexity(rows: Sequence[results.Row]) -> Any:
+    """Return operations of a picture by triangles: the rasteriser's model beside the ray tracer's counted tests."""
+    pixels = 1024 * 768
+    figure, axes = panels(1, 1, width=6.5, height=3.8)
+    axis = axes[0, 0]
+    brute = sorted((row for row in rows if row["structure"] == "brute force"), key=lambda row: row["triangles"])
+    x = [row["triangles"] for row in brute]
+    axis.plot(x, [pixels * row["triangle_tests"] for row in brute], "o-", color=INK, label="rays, brute force")
+    for order, color in {"as they come": ORANGE, "nearer first": VERMILION}.items():
+        chosen = [row for row in rows if (row["structure"], row["volume"], row["order"]) == ("sah", "box", order)]
+        chosen.sort(key=lambda row: row["triangles"])
+        tests = [pixels * (row["volume_tests"] + row["triangle_tests"]) for row in chosen]
+        label = f"rays, SAH tree, children {order}"
+        axis.plot([row["triangles"] for row in chosen], tests, "o-", color=color, label=label)
+    cost = [row["vertices"] + row["exact_triangles"] + pixels * row["surfaces_a_ray"] for row in brute]
+    axis.plot(x, cost, "o-", color=BLUE, label="rasteriser: vertices + triangles + fragments")
+    axis.set_xlabel("triangles")
+    axis.set_ylabel("operations of a 1024 x 768 picture")
+    axis.legend(fontsize=8)
+    log_log(axis)
+    return figure
+
+
 def bars(axis: Any, x: np.ndarray, values: Sequence[Sequence[float]], width: float, name: str) -> None:
     """Draw medians as bars, with whiskers; an empty sequence leaves a gap."""
     there = [i for i, turns in enumerate(values) if turns]
@@ -195,4 +255,6 @@ PLOTS: dict[str, tuple[Callable[[Sequence[results.Row]], Any], str]] = {
     "build": (draw_build, "build"),
     "frame": (draw_frame, "frame"),
     "scaling": (draw_scaling, "scaling"),
+    "hierarchies": (draw_hierarchies, "hierarchies"),
+    "complexity": (draw_complexity, "hierarchies"),
 }

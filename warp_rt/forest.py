@@ -129,6 +129,12 @@ def build_forest(
     Raises:
         LimitError: The arrays would have more elements than 32-bit indices reach.
     """
+    binary = build_binary_forest(references, leaf_size=leaf_size, builder=builder, workers=workers)
+    return collapse_forest(binary, references.ranges, node_offset, workers)
+
+
+def build_binary_forest(references: References, *, leaf_size: int, builder: str, workers: Workers) -> BinaryForest:
+    """Return the binary trees that ``build_forest`` makes wide; arguments and errors as there."""
     count = references.array.shape[0]
     if 2 * count * WIDTH >= 1 << 31:
         raise LimitError(f"{count} primitives are more than a bounding volume hierarchy can hold (2^26)")
@@ -136,8 +142,7 @@ def build_forest(
     if builder == "lbvh":
         references, codes = _sort_by_morton_code(references, workers)
     leaf_bits = leaf_size.bit_length() - 1
-    binary = BinaryForest(references.array, codes, references.ranges, leaf_bits, BUILDERS[builder], workers)
-    return collapse_forest(binary, references.ranges, node_offset, workers)
+    return BinaryForest(references.array, codes, references.ranges, leaf_bits, BUILDERS[builder], workers)
 
 
 def _sort_by_morton_code(references: References, workers: Workers) -> tuple[References, wp.array]:
