@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from warp_rt.options import BUILDERS
 from warp_rt.scene import is_closed
 
 from ..benchmark_modules import load
+from ..data import ROOT
 
 
 @pytest.fixture
@@ -109,7 +111,7 @@ def test_rows_are_merged_by_key_and_know_their_commit(tmp_path: Path, monkeypatc
 @pytest.mark.parametrize("mesh", ["torus", "icosphere"])
 def test_meshes_for_leaks_are_closed(mesh: str) -> None:
     meshes = load("meshes")
-    made = meshes.noisy_torus(1_000) if mesh == "torus" else meshes.noisy_icosphere(3)
+    made = meshes.noisy_torus(1_000, noise=0.05) if mesh == "torus" else meshes.noisy_icosphere(3)
     assert is_closed(made.triangles)
     assert len(made.triangles) == pytest.approx(1_000, rel=0.3)
     low, high = made.points.min(axis=0), made.points.max(axis=0)
@@ -150,3 +152,58 @@ def test_saved_results_can_be_drawn(tmp_path: Path) -> None:
         ElementTree.fromstring(text)
     drawn = {path.stem for path in tmp_path.glob("*.svg")}
     assert drawn == {name for name, (_, source) in plots.PLOTS.items() if load("results").read(source)["rows"]}
+
+
+@pytest.mark.parametrize("bvh", BUILDERS)
+@pytest.mark.parametrize("volume", ["box", "sphere"])
+@pytest.mark.parametrize("is_nearer_first", [False, True])
+def test_the_lectures_tree_finds_what_brute_force_finds(bvh: str, volume: str, is_nearer_first: bool) -> None:
+    lecture_tree, meshes = load("lecture_tree"), load("meshes")
+    mesh = meshes.noisy_torus(400)
+    rays = load("ray_sets").primary_rays(mesh, 32)
+    tree = lecture_tree.build_tree(mesh, bvh)
+    counts = lecture_tree.trace(tree, rays, volume, is_nearer_first)
+    np.testing.assert_array_equal(counts.t, lecture_tree.trace_brute_force(lecture_tree.corners_of(mesh), rays))
+    assert np.isfinite(counts.t).mean() > 0.2
+    # Every ray asks for the root; one that misses it asks for no more.
+    assert counts.volume_tests.min() == 1
+    assert (counts.triangle_tests[counts.volume_tests == 1] == 0).all()
+    # A binary tree: who enters a node asks for both of its children.
+    assert (counts.volume_tests % 2 == 1).all()
+    assert counts.triangle_tests.max() < len(mesh.triangles) / 4
+
+
+def test_spheres_of_the_lectures_tree_hold_their_triangles() -> None:
+    lecture_tree = load("lecture_tree")
+    mesh = load("meshes").noisy_torus(400)
+    tree = lecture_tree.build_tree(mesh, "sah")
+    right, triangle, center = tree.right.numpy(), tree.triangle.numpy(), tree.center.numpy()
+    low, high, radius = tree.low.numpy(), tree.high.numpy(), tree.radius.numpy()
+
+    def check(slot: int) -> list[int]:
+        rows = [int(triangle[slot])] if right[slot] < 0 else [*check(slot + 1), *check(int(right[slot]))]
+        corners = mesh.points[mesh.triangles[rows]].reshape(-1, 3).astype(float)
+        farthest = np.linalg.norm(corners - center[slot], axis=1).max()
+        assert farthest <= radius[slot] <= farthest * 1.001
+        np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [low[slot], high[slot]], atol=1e-6)
+        return rows
+
+    assert sorted(check(0)) == list(range(len(mesh.triangles)))
+
+
+def test_why_hierarchies_has_the_saved_counts() -> None:
+    rows = load("results").read("hierarchies")["rows"]
+    tests = {
+        (row["exact_triangles"], row["structure"]): row["volume_tests"] + row["triangle_tests"]
+        for row in rows
+        if row["structure"] != "warp_rt" and row["volume"] != "sphere" and row["order"] != "nearer first"
+    }
+    text = (ROOT / "docs" / "why_hierarchies.md").read_text(encoding="utf-8")
+    table = [
+        line.strip("| \n").replace(",", "").split(" | ") for line in text.splitlines() if re.match(r"\| 1[0,]+ ", line)
+    ]
+    assert len(table) == 6
+    for _, exact, *counts in table:
+        expected = [tests[int(exact), name] for name in ("sah", "midpoint", "median", "lbvh")]
+        assert tests[int(exact), "brute force"] == int(exact)
+        np.testing.assert_allclose([float(count) for count in counts], expected, atol=0.051)
