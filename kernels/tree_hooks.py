@@ -267,6 +267,7 @@ def tell_light(
     record.light = row
     record.cosine = wp.dot(shading.n, sample.wi)
     record.wi = sample.wi
+    record.to_shadow = sample.to_shadow
     record.distance = sample.distance
     record.color = color
     record.visible = visible

@@ -76,6 +76,8 @@ class LightRecord:
     cosine: wp.float32
     """N.L; up to 0 the light adds nothing, and nothing else is known of it."""
     wi: wp.vec3
+    to_shadow: wp.vec3
+    """Unit direction of its shadow ray."""
     distance: wp.float32
     """Length of its shadow ray."""
     color: wp.vec3

@@ -164,6 +164,7 @@ def trace_tree(
     sample: int | None = None,
     camera: str | None = None,
     time: float | None = None,
+    complexity: str = COMPLEXITIES[0],
     device: str = "auto",
     exposure: float = 0.0,
     tonemap: str = "srgb",
@@ -178,6 +179,7 @@ def trace_tree(
         sample: Which of the pixel's ``spp`` samples; None: all, one tree each.
         camera: Path or name of the camera.
         time: Time code; None: the stage's start.
+        complexity: Of subdivision surfaces, see :func:`load_scene`.
         device: ``auto``, ``cpu`` or ``cuda:N``.
         exposure: Stops, for the 8-bit value.
         tonemap: Tone curve of the 8-bit value, ``srgb`` or ``raw``.
@@ -192,7 +194,7 @@ def trace_tree(
 
     check_display(exposure, tonemap)
     chosen = _options(options)
-    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time, complexity=complexity)
     samples = None if sample is None else (sample,)
     tree = Renderer(loaded, chosen, device=device).trace_tree(x, y, camera=camera, samples=samples)
     return replace(tree, exposure=exposure, tonemap=tonemap)

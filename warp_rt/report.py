@@ -47,3 +47,9 @@ class Report:
 
     def __len__(self) -> int:
         return len(self._records)
+
+
+def one_line(message: object) -> str:
+    """Return a message as one line: control characters, which file and prim names may hold, become escapes."""
+    text = str(message)
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)

@@ -17,7 +17,7 @@ from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.kernels.ray_tree import task_capacity
 from warp_rt.scene import Light, MaterialModel, Scene
-from warp_rt.tree.ray_tree import Color, Crossing, Fate, LightTerm, Place, RayKind, TreeNode, nested_value
+from warp_rt.tree.nodes import Color, Crossing, Fate, LightTerm, Place, RayKind, TreeNode, nested_value
 
 MAX_NODES = 1 << 18
 """Nodes of a tree that are written down: some 100 MB of records."""
@@ -104,18 +104,17 @@ class _Builder:
 
     def roots(self) -> tuple[TreeNode, ...]:
         nodes = self.records.nodes
-        first = {int(row["sample"]): index for index, row in reversed(list(enumerate(nodes)))}
         children: list[list[TreeNode]] = [[] for _ in nodes]
         roots: list[TreeNode] = []
         for index in range(len(nodes) - 1, -1, -1):
-            row = nodes[index]
-            node = self._node(index, index - first[int(row["sample"])], tuple(reversed(children[index])))
+            parent = nodes["parent"][index]
+            node = self._node(index, tuple(reversed(children[index])))
             children[index].clear()
-            (children[row["parent"]] if row["parent"] >= 0 else roots).append(node)
+            (children[parent] if parent >= 0 else roots).append(node)
         return tuple(reversed(roots))
 
-    def _node(self, row_index: int, index: int, children: tuple[TreeNode, ...]) -> TreeNode:
-        row = self.records.nodes[row_index]
+    def _node(self, index: int, children: tuple[TreeNode, ...]) -> TreeNode:
+        row = self.records.nodes[index]
         has_left = row["instance"] < 0
         below = {child.kind: child.value for child in children}
         kr, kt, local = _triple(row["kr"]), _triple(row["kt"]), _triple(row["local"])
@@ -149,7 +148,7 @@ class _Builder:
             presence=presence,
             emission=_triple(row["emission"]),
             ambient=_triple(row["ambient"]),
-            lights=tuple(self._light(k) for k in range(self.first_light[row_index], self.first_light[row_index + 1])),
+            lights=tuple(self._light(k) for k in range(self.first_light[index], self.first_light[index + 1])),
             local=local,
             kr=kr,
             kt=kt,
@@ -174,6 +173,7 @@ class _Builder:
                 kind="dome",
                 cosine=None,
                 direction=_BLACK,
+                to_shadow=_BLACK,
                 distance=np.inf,
                 color=_BLACK,
                 visible=(1.0, 1.0, 1.0),
@@ -190,6 +190,7 @@ class _Builder:
             kind=light.kind.name.lower(),
             cosine=float(row["cosine"]),
             direction=_triple(row["wi"]),
+            to_shadow=_triple(row["to_shadow"]),
             distance=float(row["distance"]) if is_facing else np.nan,
             color=_triple(color),
             visible=_triple(row["visible"]),

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # arrow within a part is always allowed. A new module has to be given its floor here.
 PARTS = {
     "base": ["errors", "report", "options"],
-    "scene": ["scene", "framing", "headlight", "placement", "srgb"],
+    "scene": ["scene", "framing", "headlight", "placement", "srgb", "stand_ins"],
     "subdivision": ["subdivision.*"],
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
@@ -39,7 +39,7 @@ ARROWS = {
     "device": ("base", "kernels"),
     "tracing": ("base", "scene", "device", "kernels", "tree"),
     "image": ("base", "scene", "front"),  # front: its version
-    "tree": ("base", "image"),
+    "tree": ("base", "scene", "image", "usd"),
     "api": ("base", "scene", "usd", "tracing", "image", "tree"),
     "cli": ("base", "scene", "device", "tracing", "image", "tree", "api", "front"),
     "front": ("base", "scene", "tracing", "image", "tree", "api"),  # by name only, when first used

@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from warp_rt.cli import check, info, record, render, series
+from warp_rt.cli import check, info, record, render, series, tree
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMANDS = {"render": render, "record": record, "series": series, "check": check, "info": info}
+COMMANDS = {"render": render, "record": record, "series": series, "tree": tree, "check": check, "info": info}
 PARSERS = {name: command.parser() for name, command in COMMANDS.items()}
 
 

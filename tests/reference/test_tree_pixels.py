@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import warp_rt
-from warp_rt.tree.ray_tree import LightTerm, TreeNode
+from warp_rt.tree.nodes import LightTerm, TreeNode
 
 from ..data import ROOT, find_test_data
 

@@ -62,7 +62,7 @@ def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd)
     [
         (["rendr"], "did you mean render?"),
         (["scene.usda"], "warp-rt render scene.usda"),
-        (["xyz"], "there are render, record, series, info"),
+        (["xyz"], "there are render, record, series, tree, info"),
         (["--verzion"], "is no command"),
         (["render"], "SCENE"),
         (["render", "a.usda", "b.usda"], "unknown argument b.usda"),

@@ -9,15 +9,14 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from warp_rt.cli.parser import Parser, add_json, add_scene
-from warp_rt.cli.terminal import Terminal, one_line
+from warp_rt.cli.terminal import Terminal
+from warp_rt.report import one_line
+from warp_rt.stand_ins import shown_path
 
 if TYPE_CHECKING:
     import numpy as np
 
     from warp_rt.scene import Scene
-
-_STAND_INS = {"/__framing": "(framed)", "/__displayColor": "(displayColor fallback)"}
-"""What people are told in place of paths that no stage has."""
 
 _LISTED = 20
 """Names in a list for people; --json has them all."""
@@ -124,12 +123,14 @@ def _table(facts: dict[str, Any]) -> str:
         ("triangles", f"{facts['triangles']:,} in memory, {facts['triangles_placed']:,} in the scene"),
         *_listed("cameras", facts["cameras"]),
         *_listed("lights", [f"{light['path']} ({light['kind']})" for light in facts["lights"]]),
-        *_listed("materials", [f"{_shown(material['path'])} ({material['model']})" for material in facts["materials"]]),
+        *_listed(
+            "materials", [f"{shown_path(material['path'])} ({material['model']})" for material in facts["materials"]]
+        ),
         *_listed(
             "textures", [f"{image['path']} ({image['width']} x {image['height']})" for image in facts["textures"]]
         ),
         ("settings", facts["settings"] or "none"),
-        ("picture", f"{picture['width']} x {picture['height']}, {_shown(picture['camera'])}"),
+        ("picture", f"{picture['width']} x {picture['height']}, {shown_path(picture['camera'])}"),
         (
             "memory",
             f"{memory['scene_bytes'] / 2**20:.1f} MiB, about {memory['hierarchy_bytes_estimate'] / 2**20:.1f} MiB "
@@ -144,10 +145,6 @@ def _listed(name: str, items: list[str]) -> list[tuple[str, str]]:
     """Return the rows of a list: how many, then each on its own line, up to a bound."""
     rows = [(name, f"{len(items)}")] + [("", item) for item in items[:_LISTED]]
     return rows + ([("", f"and {len(items) - _LISTED} more")] if len(items) > _LISTED else [])
-
-
-def _shown(path: str) -> str:
-    return _STAND_INS.get(path, path)
 
 
 def _point(corner: list[float]) -> str:

@@ -27,6 +27,7 @@ COMMANDS = {
     "render": "render an image from a USD stage",
     "record": "the same with usdrecord's arguments and defaults",
     "series": "render it at growing depth of the ray tree, with a contact sheet",
+    "tree": "explain one pixel: every ray, light and shadow behind its colour",
     "info": "tell what a stage holds",
     "check": "name everything in a stage that would be ignored, repaired or refused",
     "warmup": "compile the kernels ahead of the first render",

@@ -60,4 +60,4 @@ def _spare_inputs(scene: Scene, outputs: Iterable[Path]) -> None:
     inputs = {os.path.realpath(path) for path in (scene.source, *(image.path for image in scene.images)) if path}
     for output in outputs:
         if os.path.realpath(output) in inputs:
-            raise OutputError(f"{output}: the scene reads this file; choose another name with -o")
+            raise OutputError(f"{output}: the scene reads this file; choose another name")

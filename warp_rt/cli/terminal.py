@@ -5,23 +5,28 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import logging
 import math
 import os
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TextIO
 
 from warp_rt.errors import OutputError
-from warp_rt.report import Diagnostic
+from warp_rt.report import Diagnostic, one_line
 
 COLOR_CHOICES = ("auto", "always", "never")
 
 GROUP_LIMIT = 20
 """More diagnostics of one code than this are cut short, unless everything is asked for."""
 _SHOWN_OF_GROUP = 3
+
+_PAGE = 120
+"""Columns of results for people at most: longer lines are hard to read."""
+_PLAIN_LINES = str.maketrans({"│": "|", "├": "+", "└": "`", "─": "-", "°": " deg"})
 
 _RESET, _BOLD_RED, _YELLOW, _CYAN = "\x1b[0m", "\x1b[1;31m", "\x1b[33m", "\x1b[36m"
 
@@ -41,6 +46,7 @@ class Terminal:
         self.program = program
         self.verbosity = verbosity
         self.has_color = wants_color(color)
+        self._color = color
         self._data = data
         self.has_data = False
         """Whether a result went to stdout."""
@@ -101,6 +107,40 @@ class Terminal:
         except OSError as error:
             raise OutputError(f"standard output: cannot write: {error.strerror}") from error
 
+    def rows(self, rows: Iterable[Sequence[tuple[str, str]]], colors: Mapping[str, str]) -> None:
+        """Write a result for people to stdout, in colour where stdout is a terminal or colour is asked for.
+
+        Args:
+            rows: Lines of texts, each with the name of its style.
+            colors: Colour of each style, ``#rrggbb``; empty: bold.
+        """
+        from rich.console import Console
+        from rich.style import Style
+        from rich.text import Text
+
+        styles = {name: Style(color=color) if color else Style(bold=True) for name, color in colors.items()}
+        stream = self._data or sys.stdout
+        is_plain = not wants_color(self._color, stream)
+        text = Text("\n").join(Text.assemble(*((part, styles.get(name, "")) for part, name in row)) for row in rows)
+        file = io.StringIO()
+        console = Console(file=file, width=10_000, force_terminal=not is_plain, no_color=is_plain, highlight=False)
+        console.print(text, soft_wrap=True, end="")
+        self.data(_encodable(file.getvalue(), stream))
+
+    @property
+    def data_width(self) -> int:
+        """Columns that results for people may take: the terminal's, but a page's where there is none."""
+        with contextlib.suppress(ValueError):
+            return min(int(os.environ["COLUMNS"]), _PAGE) if os.environ.get("COLUMNS") else self._stream_width()
+        return _PAGE
+
+    def _stream_width(self) -> int:
+        stream = self._data or sys.stdout
+        try:
+            return min(os.get_terminal_size(stream.fileno()).columns, _PAGE)
+        except (OSError, ValueError, AttributeError):  # a file, a pipe, or nothing at all
+            return _PAGE
+
     def json(self, value: object) -> None:
         """Write one JSON object to stdout, in ASCII, so that no locale can spoil it; numbers it lacks become null."""
         self.data(json.dumps(_finite(value), indent=2, allow_nan=False))
@@ -152,14 +192,17 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def one_line(message: object) -> str:
-    """Return a message as one line: control characters, which file and prim names may hold, become escapes."""
-    text = str(message)
-    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+def _encodable(text: str, stream: TextIO | None) -> str:
+    """Return a text with plain letters for drawn lines where a stream's encoding has none."""
+    try:
+        text.encode(getattr(stream, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        return text.translate(_PLAIN_LINES)
+    return text
 
 
-def wants_color(choice: str) -> bool:
-    """Return whether stderr is to be coloured: as asked, else by NO_COLOR, FORCE_COLOR and what stderr is.
+def wants_color(choice: str, stream: TextIO | None = None) -> bool:
+    """Return whether stderr, or ``stream``, is coloured: as asked, else by NO_COLOR, FORCE_COLOR and what it is.
 
     Reference: no-color.org and force-color.org: both count when set and not empty.
     """
@@ -169,7 +212,8 @@ def wants_color(choice: str) -> bool:
         return False
     if os.environ.get("FORCE_COLOR"):
         return True
-    return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+    stream = stream or sys.stderr
+    return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
 @contextlib.contextmanager

@@ -1,348 +1,74 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The ray tree of one pixel: nodes with their light terms and children, as they were traced.
-
-Colours are linear Rec. 709 triples. Points and directions are in world space, lengths in scene units.
-"""
+"""The ray tree of a pixel, and every way to look at it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from enum import IntEnum
-from functools import cached_property
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from warp_rt.image.color import display, unpremultiply
-from warp_rt.image.tone import check_display
-
-Color = tuple[float, float, float]
-Vector = tuple[float, float, float]
+from warp_rt.tree.nodes import PixelTree
 
 
-class RayKind(IntEnum):
-    """What sent a ray."""
+@dataclass(frozen=True, repr=False)
+class RayTree(PixelTree):
+    """The ray tree of a pixel: its value, and for each sample the eye ray's node, with all that it led to.
 
-    EYE = 0
-    REFLECTION = 1
-    REFRACTION = 2
-    PASSAGE = 3
-    """Straight on through what is missing of a surface: no bounce."""
+    Iterating yields every node in the order of tracing. ``print`` shows the tree as text, a notebook as a drawing.
+    """
 
+    def to_text(self, *, width: int = 100, levels: int | None = None) -> str:
+        """Return the tree as text, for people.
 
-class Fate(IntEnum):
-    """What became of a child that a node could have had."""
+        Args:
+            width: Columns that there are.
+            levels: Draw all nodes down to this level; None: those that lead to most of the pixel's light.
+        """
+        from warp_rt.tree.text import plain, tree_rows
 
-    NOT_ASKED = 0
-    """Its coefficient is 0."""
-    TRACED = 1
-    THRESHOLD = 2
-    """Dropped: its weight is below the threshold."""
-    DEPTH = 3
-    """Dropped: it would be deeper than the tree may be."""
-    TOTAL_REFLECTION = 4
-    """Of a refraction ray: total internal reflection, its share goes to the reflection ray."""
-    PASSES = 5
-    """Of a passage: the path has passed through too many surfaces."""
+        return plain(tree_rows(self, width=width, levels=levels))
 
+    def to_json(self) -> dict[str, Any]:
+        """Return all of the tree as the object that ``warp-rt tree --json`` prints."""
+        from warp_rt.tree.tree_json import tree_object
 
-@dataclass(frozen=True)
-class Place:
-    """Which piece of the scene a ray met."""
+        return tree_object(self)
 
-    prim: str
-    """Path."""
-    instance: str
-    """Path of the instance, empty where nothing is instanced."""
-    face: int
-    """Face of the mesh."""
-    material: str
-    """Path."""
+    def to_dot(self, *, levels: int | None = None) -> str:
+        """Return the tree as a graph in Graphviz's language; ``levels`` as for :meth:`to_text`."""
+        from warp_rt.tree.dot import dot_graph
 
+        return dot_graph(self, levels=levels)
 
-@dataclass(frozen=True)
-class Crossing:
-    """A surface between a node and a light."""
+    def to_svg(self, *, levels: int | None = None) -> str:
+        """Return the tree as a drawing; ``levels`` as for :meth:`to_text`."""
+        from warp_rt.tree.svg import svg_drawing
 
-    place: Place
-    distance: float
-    """From the node."""
-    factor: Color
-    """Share of the light that it lets through; 0 for what throws the shadow."""
+        return svg_drawing(self, levels=levels)
 
+    def save_usd(self, path: str | PathLike[str]) -> None:
+        """Write a USD layer that has the scene's stage as its sublayer and the rays as curves over it.
 
-@dataclass(frozen=True)
-class LightTerm:
-    """What one light adds to I_local."""
+        Raises:
+            OptionError: The extension is none of USD's, or the scene was not read from a file.
+            OutputError: The file could not be written.
+        """
+        from warp_rt.tree.layer import save_layer
 
-    light: str
-    """Path."""
-    kind: str
-    """``point``, ``distant``, ..., ``dome``."""
-    cosine: float | None
-    """N.L; up to 0, the light adds nothing and the rest is not known. None for a dome, which has no direction."""
-    direction: Vector
-    """L, unit; 0 where it is not known."""
-    distance: float
-    """To the light, infinite for distant lights and domes."""
-    color: Color
-    """I_l; 0 for a dome, whose terms are its irradiance's."""
-    visible: Color
-    """S, what the shadow ray brought back; 1 for lights that cast no shadow."""
-    has_shadow_ray: bool
-    unshadowed_diffuse: Color
-    """I_l kd (N.L), or what UsdPreviewSurface has in its place."""
-    unshadowed_specular: Color
-    """I_l ks max(R_l.V, 0)^n, likewise."""
-    total: Color
-    """What was added to I_local: S times the two."""
-    crossings: tuple[Crossing, ...] = ()
-    """The surfaces on the shadow ray's way, nearest first; at an opaque one it ends."""
+        save_layer(self, Path(path))
 
-    @property
-    def is_facing(self) -> bool:
-        """Whether the light is above the surface's horizon, and so has a term at all."""
-        return self.cosine is None or self.cosine > 0
+    def _repr_svg_(self) -> str:
+        return self.to_svg()
 
-    @property
-    def diffuse(self) -> Color:
-        """S I_l kd (N.L)."""
-        return _times(self.visible, self.unshadowed_diffuse)
+    def _repr_html_(self) -> str:
+        from warp_rt.tree.notebook import notebook_html
 
-    @property
-    def specular(self) -> Color:
-        """S I_l ks max(R_l.V, 0)^n."""
-        return _times(self.visible, self.unshadowed_specular)
+        return notebook_html(self)
 
-    @property
-    def occluder(self) -> Place | None:
-        """What throws the node into this light's shadow; None where some of the light arrives."""
-        if any(self.visible) or not self.crossings:
-            return None
-        return self.crossings[-1].place
-
-
-@dataclass(frozen=True)
-class TreeNode:
-    """A ray, what it met, and what it brings back: I = I_local + Kr R + Kt T."""
-
-    index: int
-    """Place in the order of tracing, 0 for the eye ray."""
-    kind: RayKind
-    depth: int
-    """Level; the eye ray's is 1."""
-    weight: float
-    """Product of the coefficients' largest channels from the eye to this ray: what the threshold is compared with."""
-    coefficient: Color
-    """Product of the coefficients from the eye to this ray: what its value is multiplied by."""
-    origin: Vector
-    direction: Vector
-    distance: float
-    """Along the ray; infinite where it left the scene."""
-    place: Place | None
-    """None where it left the scene."""
-    model: str
-    """``WhittedSurface``, ``UsdPreviewSurface``, or empty where it left the scene."""
-    position: Vector
-    """P; where the ray left the scene, not a number."""
-    normal: Vector
-    """N, unit, on the side that the ray came from."""
-    presence: float
-    """Share of the surface that is there; the rest lets the ray pass straight on."""
-    emission: Color
-    ambient: Color
-    """The term ka Ia."""
-    lights: tuple[LightTerm, ...]
-    """All lights and domes, unless no light can add anything here (kd = ks = 0)."""
-    local: Color
-    """I_local; of a ray that left the scene, the background."""
-    kr: Color
-    """Kr of the material."""
-    kt: Color
-    """Kt of the material."""
-    fresnel: Color | None
-    """Fresnel reflectance of a UsdPreviewSurface, of which Kr is the mirror's share; None for constants Kr and Kt."""
-    eta: float
-    """n_incoming / n_outgoing of a refraction: below 1 the ray enters, above it leaves, at 1 it goes straight on."""
-    reflection: Fate
-    refraction: Fate
-    passage: Fate
-    children: tuple[TreeNode, ...]
-    """The reflection, the refraction and the passage, as far as they were traced."""
-    value: Color
-    """I, by the nested equation, in float64."""
-    size: int
-    """Nodes of the tree below, with this one."""
-    deepest: int
-    """Deepest level below."""
-
-    @property
-    def has_left(self) -> bool:
-        """Whether the ray left the scene."""
-        return self.place is None
-
-    @property
-    def is_totally_reflected(self) -> bool:
-        """Whether total internal reflection happens here."""
-        return self.refraction is Fate.TOTAL_REFLECTION
-
-    @property
-    def reflection_coefficient(self) -> Color:
-        """What R is multiplied by: Kr, or Kr + Kt under total internal reflection."""
-        return _plus(self.kr, self.kt) if self.is_totally_reflected else self.kr
-
-    @property
-    def contribution(self) -> Color:
-        """What the node's own I_local adds to the pixel."""
-        return _scaled(_times(self.coefficient, self.local), self.presence)
-
-    @property
-    def subtree_contribution(self) -> Color:
-        """What the node with all below it adds to the pixel."""
-        return _times(self.coefficient, self.value)
-
-    @property
-    def end(self) -> str:
-        """Why the branch ended here; empty where it goes on."""
-        if self.children:
-            return ""
-        if self.has_left:
-            return "the ray left the scene"
-        reasons = []
-        for name, fate, coefficient in (
-            ("reflection", self.reflection, self.reflection_coefficient),
-            ("refraction", self.refraction, self.kt),
-            ("passage", self.passage, (1.0 - self.presence,) * 3),
-        ):
-            if fate is Fate.THRESHOLD:
-                weight = self.weight * self.presence * max(coefficient)
-                reasons.append(f"{name} below the threshold (weight {weight:.3g})")
-            elif fate is Fate.DEPTH:
-                reasons.append(f"{name} deeper than the tree may be")
-            elif fate is Fate.PASSES:
-                reasons.append("passed through too many surfaces")
-        return "; ".join(reasons) or "neither reflects nor transmits"
-
-    def walk(self) -> Iterator[TreeNode]:
-        """Yield this node and all below it, in the order of tracing."""
-        waiting = [self]
-        while waiting:
-            node = waiting.pop()
-            yield node
-            waiting.extend(reversed(node.children))
-
-    def __repr__(self) -> str:
-        met = self.place.prim if self.place else "nothing"
-        return (
-            f"<TreeNode {self.index}: {self.kind.name.lower()} at depth {self.depth}, met {met}, {self.size:,} nodes>"
-        )
-
-
-@dataclass(frozen=True)
-class RayTree:
-    """The ray tree of a pixel: one root for each sample."""
-
-    x: int
-    """Column of the pixel, 0 on the left; of the film, which may be a crop of the picture."""
-    y: int
-    """Row, 0 at the top."""
-    width: int
-    """Of the film [pixel]."""
-    height: int
-    roots: tuple[TreeNode, ...]
-    """The eye ray's node of each sample."""
-    samples: tuple[int, ...]
-    """Which sample each root is of."""
-    value: Color
-    """What the film has in this pixel where all samples are here: their mean, camera exposure applied; float32."""
-    alpha: float
-    exposure_scale: float
-    """Linear factor of the camera."""
-    spp: int
-    depth: int
-    """Levels that the tree may have."""
-    threshold: float
-    camera: str
-    """Path."""
-    source: str
-    """File that the scene was read from, or empty."""
-    time: float | None
-    exposure: float = 0.0
-    """Stops, for :attr:`rgb8`."""
-    tonemap: str = "srgb"
-    scene_size: float = field(default=1.0, repr=False)
-    """Diagonal of the scene's bounds."""
-
-    def __post_init__(self) -> None:
-        check_display(self.exposure, self.tonemap)
-
-    @property
-    def root(self) -> TreeNode:
-        """The eye ray's node, of the first sample."""
-        return self.roots[0]
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether all samples of the pixel are here."""
-        return len(self.samples) == self.spp
-
-    def __iter__(self) -> Iterator[TreeNode]:
-        """Yield every node of every sample, in the order of tracing."""
-        for root in self.roots:
-            yield from root.walk()
-
-    def __len__(self) -> int:
-        """Return the number of nodes."""
-        return sum(root.size for root in self.roots)
-
-    @cached_property
-    def rgb8(self) -> Color:
-        """The pixel's value in a PNG: straight alpha, exposed and toned, 0 to 255."""
-        straight = unpremultiply(np.array([[self.value]], np.float32), np.array([[self.alpha]], np.float32))
-        red, green, blue = display(straight, exposure=self.exposure, tonemap=self.tonemap)[0, 0].tolist()
-        return red, green, blue
-
-    @cached_property
-    def counts(self) -> dict[str, int]:
-        """Rays by kind, total internal reflections, and children dropped by depth and by threshold."""
-        result = dict.fromkeys(("nodes", "reflection", "refraction", "passage", "shadow"), 0)
-        result |= {"total_internal_reflection": 0, "dropped_by_threshold": 0, "dropped_by_depth": 0, "deepest": 0}
-        for node in self:
-            result["nodes"] += 1
-            if node.kind is not RayKind.EYE:
-                result[node.kind.name.lower()] += 1
-            result["shadow"] += sum(light.has_shadow_ray for light in node.lights)
-            fates = (node.reflection, node.refraction)
-            result["total_internal_reflection"] += node.is_totally_reflected
-            result["dropped_by_threshold"] += fates.count(Fate.THRESHOLD)
-            result["dropped_by_depth"] += fates.count(Fate.DEPTH)
-            result["deepest"] = max(result["deepest"], node.depth)
-        return result
+    def __str__(self) -> str:
+        return self.to_text()
 
     def __repr__(self) -> str:
         return f"<warp_rt.RayTree of pixel ({self.x}, {self.y}): {len(self):,} nodes, {self.counts['deepest']} levels>"
-
-
-def nested_value(
-    local: Color, kr: Color, reflected: Color, kt: Color, refracted: Color, presence: float, behind: Color
-) -> Color:
-    """Return I = presence (I_local + Kr R + Kt T) + (1 - presence) I_behind."""
-    red, green, blue = (
-        presence * (own + a * r + b * t) + (1.0 - presence) * far
-        for own, a, r, b, t, far in zip(local, kr, reflected, kt, refracted, behind, strict=True)
-    )
-    return red, green, blue
-
-
-def _plus(a: Any, b: Any) -> Color:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _times(a: Any, b: Any) -> Color:
-    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
-
-
-def _scaled(a: Any, factor: float) -> Color:
-    return a[0] * factor, a[1] * factor, a[2] * factor
