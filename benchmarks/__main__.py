@@ -16,6 +16,7 @@ NAMES = {
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
     "startup": "whole processes, warm and cold",
     "leaks": "a hundred million rays aimed at edges and vertices",
+    "counters": "instructions, cycles and misses a ray, where the machine tells them",
     "hierarchies": "tests and time a ray: brute force, four builders, boxes and spheres",
     "plots": "pictures of the saved results, in docs/performance/",
 }

@@ -8,7 +8,8 @@
     python -m benchmarks rays --save                                and benchmarks/results/rays.json
 
 Rates are the best of all turns, in million rays a second; ratios are of these. The file holds the seconds of every
-turn. One thread each, unless a column says otherwise.
+turn. One thread each, unless a column says otherwise. On the right, how many nodes of warp_rt's hierarchy a ray visits
+and how many triangles it is tested against, rays taken one by one.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from warp_rt.warp_setup import init_warp
 from . import results
 from .command import make_parser, save_if_asked
 from .contenders import CONTENDERS, DEFAULT, Contender
+from .costs import mean_costs
 from .meshes import MESHES, MissingMeshError, TriangleMesh
 from .ray_sets import KINDS, TILE, Rays, primary_rays, random_rays, secondary_rays
 from .timing import significant, time_in_turns
@@ -71,11 +73,13 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 def measure(name: str, mesh: TriangleMesh, options: argparse.Namespace) -> list[results.Row]:
     """Return one row a kind of rays and query."""
     contenders = build_contenders(mesh, options.contenders)
+    accel = warp_rt.build_accel(warp_rt.Scene.from_arrays(mesh.points, mesh.triangles))
     rows = []
     for kind, rays in make_rays(mesh, options.rays, options.size).items():
         for query in options.query:
             row = {"mesh": name, "triangles": len(mesh.triangles), "rays": kind, "query": query}
-            rows.append(row | compare(rays, query, contenders, options.rounds, options.clock))
+            row |= compare(rays, query, contenders, options.rounds, options.clock)
+            rows.append(row | mean_costs(accel, rays, query))
             print_row(rows[-1], options.contenders)
     return rows
 
@@ -136,7 +140,8 @@ def rate(row: results.Row, contender: str) -> float:
 def print_head(contenders: Sequence[str]) -> None:
     """Print the table's head."""
     columns = [*contenders, *(f"/ {name}" for name in contenders[1:])]
-    print(f"{'mesh':<12}{'rays':<9}{'query':<8}" + "".join(f"{name:>{width(name)}}" for name in columns))
+    text = "".join(f"{name:>{width(name)}}" for name in columns)
+    print(f"{'mesh':<12}{'rays':<9}{'query':<8}{text}{'nodes':>9}{'triangles':>11}")
 
 
 def print_row(row: results.Row, contenders: Sequence[str]) -> None:
@@ -147,6 +152,7 @@ def print_row(row: results.Row, contenders: Sequence[str]) -> None:
         f"{rates[0] / value:{width(f'/ {name}')}.2f}" for name, value in zip(contenders[1:], rates[1:], strict=True)
     )
     differing = {name: count for name, count in row["hit_differences"].items() if count}
+    text += f"{row['nodes']:9.2f}{row['triangles_tested']:11.2f}"
     print(f"{row['mesh']:<12}{row['rays']:<9}{row['query']:<8}{text}  {differing or ''}", flush=True)
 
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from warp_rt.accel import build_accel
 from warp_rt.options import BUILDERS
-from warp_rt.scene import is_closed
+from warp_rt.scene import Scene, is_closed
 
 from ..benchmark_modules import load
 from ..data import ROOT
@@ -207,3 +208,22 @@ def test_why_hierarchies_has_the_saved_counts() -> None:
         expected = [tests[int(exact), name] for name in ("sah", "midpoint", "median", "lbvh")]
         assert tests[int(exact), "brute force"] == int(exact)
         np.testing.assert_allclose([float(count) for count in counts], expected, atol=0.051)
+
+
+def test_costs_of_rays_are_those_of_the_hierarchy(sphere: Any) -> None:
+    costs, ray_sets = load("costs"), load("ray_sets")
+    accel = build_accel(Scene.from_arrays(sphere.points, sphere.triangles))
+    rays = ray_sets.primary_rays(sphere, 16)
+    closest, first = (costs.mean_costs(accel, rays, query) for query in ("closest", "any"))
+    assert 1 <= first["nodes"] <= closest["nodes"] < accel.statistics.nodes
+    assert 0 < first["triangles_tested"] <= closest["triangles_tested"] < len(sphere.triangles)
+    away = ray_sets.Rays(rays.origins, -rays.directions)
+    assert costs.mean_costs(accel, away, "closest") == {"nodes": 1.0, "triangles_tested": 0.0}
+
+
+def test_perfs_counts_are_read_and_hidden_ones_are_told() -> None:
+    counters = load("counters")
+    text = "# started on Sun\n\n1234,,instructions:u,100,100.00,,\n<not supported>,,cycles:u,0,100.00,,\n"
+    assert counters.parse(text, ["instructions:u"]) == {"instructions:u": 1234.0}
+    with pytest.raises(SystemExit, match="this machine hides it"):
+        counters.parse(text, ["cycles:u"])
