@@ -257,30 +257,33 @@ def walk_parts(
 @wp.func_native(
     """
     float* words = leaves.data + (size_t)leaf * 160;
-    int* ids = (int*)words + 144;
+    int* ids_out = (int*)words + 144;
     for (int lane = 0; lane < 16; ++lane) {
-        const int triangle = lane < count ? trees.ids.data[begin + lane] : -1;
+        const int triangle = lane < count ? ids.data[begin + lane] + first_id : -1;
         for (int corner = 0; corner < 3; ++corner) {
             const float* p = triangle < 0 ? nullptr : &points.data[triangles.data[3 * (size_t)triangle + corner]][0];
             for (int axis = 0; axis < 3; ++axis)
                 words[48 * corner + 16 * axis + lane] = p ? p[axis] : NAN;
         }
-        ids[lane] = triangle < 0 ? -1 : triangle - first_triangle;
+        ids_out[lane] = triangle < 0 ? -1 : triangle - first_triangle;
     }
 """
 )
 def pack_leaf(
-    trees: BinaryTrees,
+    ids: wp.array[int],
     begin: int,
     count: int,
+    first_id: int,
     points: wp.array[wp.vec3],
     triangles: wp.array[int],
     first_triangle: int,
     leaf: int,
     leaves: wp.array[float],
 ):
-    """Write a leaf packet of the triangles of references [begin, begin + count); the tree's begin at
-    ``first_triangle``."""
+    """Write a leaf packet of ``count`` triangles, whose numbers are ``ids`` from ``begin`` on, plus ``first_id``.
+
+    Their mesh's begin at ``first_triangle``.
+    """
     ...
 
 
@@ -304,7 +307,7 @@ def pack_triangles(
     begin = tree_leaf[tree] + chunk_first[chunk]
     for leaf in range(begin, begin + chunk_count[chunk]):
         node = trees.nodes[leaf_slots[leaf]]
-        pack_leaf(trees, node.left, -node.right, points, triangles, tree_first[tree], leaf, leaves_out)
+        pack_leaf(trees.ids, node.left, -node.right, 0, points, triangles, tree_first[tree], leaf, leaves_out)
 
 
 @wp.kernel

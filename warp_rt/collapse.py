@@ -21,6 +21,34 @@ from warp_rt.workers import Workers
 
 
 @dataclass(frozen=True)
+class Layout:
+    """Where the nodes and leaves of each tree lie, and what that tells."""
+
+    tree_node: np.ndarray
+    """int32, shape [tree_count], number of the tree's first node."""
+    node_counts: np.ndarray
+    """int32, shape [tree_count]; 0 where the whole tree is one leaf."""
+    tree_leaf: np.ndarray
+    """int32, shape [tree_count], number of the tree's first leaf."""
+    leaf_counts: np.ndarray
+    """int32, shape [tree_count]."""
+    depths: np.ndarray
+    """int32, shape [tree_count], levels of wide nodes."""
+    stack_sizes: np.ndarray
+    """int32, shape [tree_count], entries that a traversal can leave on its stack at once, whatever the ray."""
+
+    @property
+    def leaf_count(self) -> int:
+        """Leaves of all trees."""
+        return int(self.leaf_counts.sum())
+
+    @property
+    def roots(self) -> np.ndarray:
+        """Child codes of the trees: int32, shape [tree_count]."""
+        return np.where(self.node_counts > 0, self.tree_node, -1 - self.tree_leaf).astype(np.int32)
+
+
+@dataclass(frozen=True)
 class Forest:
     """Wide trees in one array of nodes, and the leaves that the caller packs."""
 
@@ -30,26 +58,12 @@ class Forest:
     """int32, shape [leaf_count], slot of each leaf's binary node, tree by tree."""
     tree_first: np.ndarray
     """int32, shape [tree_count], first primitive."""
-    tree_leaf: np.ndarray
-    """int32, shape [tree_count], number of the tree's first leaf."""
-    leaf_counts: np.ndarray
-    """int32, shape [tree_count]."""
-    depths: np.ndarray
-    """int32, shape [tree_count], levels of wide nodes."""
-    stack_sizes: np.ndarray
-    """int32, shape [tree_count], entries that a traversal can leave on its stack at once, whatever the ray."""
+    layout: Layout
     costs: np.ndarray
     """float32, shape [tree_count], half area of all nodes and leaves: the expected number of visits times the half
     area of the root's box."""
-    roots: np.ndarray
-    """int32, shape [tree_count], child codes."""
     nodes: np.ndarray
     """float32, shape [node_count * 128]."""
-
-    @property
-    def leaf_count(self) -> int:
-        """Leaves of all trees."""
-        return int(self.leaf_counts.sum())
 
 
 def check_words(what: str, count: int, words: int) -> None:
@@ -107,18 +121,20 @@ def collapse_forest(binary: BinaryForest, ranges: np.ndarray, node_offset: int, 
     depths[is_cut] += cuts["level"][kept]
     stack_sizes[is_cut] += cuts["entries"][kept]
     starts = np.flatnonzero(np.diff(tree[order], prepend=-1))
-    tree_nodes = np.add.reduceat(node_counts[order], starts)
-    tree_leaf = first_leaf[order][starts]
+    layout = Layout(
+        tree_node=node_offset + first_node[order][starts],
+        node_counts=np.add.reduceat(node_counts[order], starts),
+        tree_leaf=first_leaf[order][starts],
+        leaf_counts=np.add.reduceat(leaf_counts[order], starts),
+        depths=np.maximum.reduceat(depths[order], starts),
+        stack_sizes=np.maximum.reduceat(stack_sizes[order], starts),
+    )
     return Forest(
         trees=binary.trees,
         leaf_slots=leaf_slots,
         tree_first=np.ascontiguousarray(ranges["first"]),
-        tree_leaf=tree_leaf,
-        leaf_counts=np.add.reduceat(leaf_counts[order], starts),
-        depths=np.maximum.reduceat(depths[order], starts),
-        stack_sizes=np.maximum.reduceat(stack_sizes[order], starts),
+        layout=layout,
         costs=binary.trees.costs.numpy()[binary.roots, 0],
-        roots=np.where(tree_nodes > 0, node_offset + first_node[order][starts], -1 - tree_leaf).astype(np.int32),
         nodes=nodes,
     )
 

@@ -192,9 +192,9 @@ def pack_triangles(forest: Forest, points: wp.array, triangles: wp.array, worker
     Raises:
         LimitError: There are more packets than 32-bit indices reach.
     """
-    check_words("leaf packets", forest.leaf_count, LEAF_FLOATS)
-    leaves = host_array(forest.leaf_count * LEAF_FLOATS, np.float32)
-    chunks = split_chunks(forest.leaf_counts)
+    check_words("leaf packets", forest.layout.leaf_count, LEAF_FLOATS)
+    leaves = host_array(forest.layout.leaf_count * LEAF_FLOATS, np.float32)
+    chunks = split_chunks(forest.layout.leaf_counts)
     launch_jobs(
         workers,
         bvh_collapse.pack_triangles,
@@ -205,7 +205,7 @@ def pack_triangles(forest: Forest, points: wp.array, triangles: wp.array, worker
             triangles,
             forest.leaf_slots,
             as_warp(forest.tree_first, wp.int32),
-            as_warp(forest.tree_leaf, wp.int32),
+            as_warp(forest.layout.tree_leaf, wp.int32),
             as_warp(chunks.tree, wp.int32),
             as_warp(chunks.first, wp.int32),
             as_warp(chunks.count, wp.int32),
@@ -217,7 +217,7 @@ def pack_triangles(forest: Forest, points: wp.array, triangles: wp.array, worker
 
 def list_leaf_primitives(forest: Forest) -> np.ndarray:
     """Return the primitive of each leaf of a forest of one tree with leaves of one: int32, shape [leaf_count]."""
-    ids = np.empty(forest.leaf_count, np.int32)
+    ids = np.empty(forest.layout.leaf_count, np.int32)
     wp.launch(
         bvh_collapse.list_leaf_primitives,
         len(ids),

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.accel import Accel, build_accel, make_stacks
+from warp_rt.accel import Accel, build_accel, make_stacks, refit_accel
 from warp_rt.compile import load_kernels
 from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
@@ -26,6 +26,7 @@ from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, str
 from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
+from warp_rt.mesh_trees import has_same_triangles
 from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Light, Scene
@@ -37,6 +38,7 @@ from warp_rt.workers import default_thread_count
 Scratch = tuple[wp.array, Any, wp.array]
 """Ray tasks, traversal stacks and counters of one worker."""
 
+_REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, from which building anew pays
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
 
 
@@ -48,6 +50,8 @@ class Renderer:
         options: How.
         device: ``auto``, ``cpu``, or ``cuda:N``.
         on_compile: Called once if kernels have to be compiled, which takes seconds.
+        previous: A renderer of a scene like this one, such as the frame before. Where only points and
+            transforms differ, its hierarchy is refitted instead of built, unless it has become much dearer to trace.
 
     Raises:
         DeviceError: There is no such device.
@@ -61,6 +65,7 @@ class Renderer:
         *,
         device: str = "auto",
         on_compile: Callable[[], None] | None = None,
+        previous: Renderer | None = None,
     ) -> None:
         init_warp()
         self.device = resolve_device(device)
@@ -75,16 +80,12 @@ class Renderer:
         """Notes on the latest render: defaults that stepped in."""
 
         with self._clock("compile"):
-            for module in (
-                "bvh_build",
-                "bvh_clusters",
-                "bvh_collapse",
-                "bvh_instances",
-            ):  # trees are built on the CPU for every device
+            # Trees are built on the CPU for every device.
+            for module in ("bvh_build", "bvh_clusters", "bvh_collapse", "bvh_instances", "bvh_refit"):
                 load_kernels(module, device="cpu", on_compile=on_compile)
             self._kernel = self._load_render_kernel(on_compile)
         with self._clock("build"):
-            self.accel: Accel = build_accel(
+            self.accel: Accel = self._refit(previous) or build_accel(
                 scene,
                 device=self.device,
                 bvh=self.options.bvh,
@@ -93,6 +94,18 @@ class Renderer:
             )
         with self._clock("upload"):
             self._device_scene = upload_scene(scene, device=self.device, placement=self.accel.placement)
+
+    def _refit(self, previous: Renderer | None) -> Accel | None:
+        """Return the previous renderer's hierarchy, refitted; None where there is none that fits, or it is too dear."""
+        if previous is None or previous.device != self.device:
+            return None
+        if (previous.options.bvh, previous.options.intersector) != (self.options.bvh, self.options.intersector):
+            return None
+        if not has_same_triangles(previous.scene, self.scene):
+            return None
+        accel = refit_accel(previous.accel, self.scene, threads=self.threads)
+        is_good = accel.statistics.sah_cost <= _REBUILD_COST * accel.statistics.built_cost
+        return accel if is_good else None
 
     def _load_render_kernel(self, on_compile: Callable[[], None] | None) -> wp.Kernel:
         """Return the kernel that gives the AOVs that are wanted: the one that counts costs is slower."""

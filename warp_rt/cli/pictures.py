@@ -25,6 +25,7 @@ from warp_rt.image.tone import check_display
 from warp_rt.options import RenderOptions
 
 if TYPE_CHECKING:
+    from warp_rt.renderer import Renderer
     from warp_rt.scene import Camera, Scene
 
 View = tuple["Scene", "str | Camera | None"]
@@ -79,9 +80,11 @@ def make_pictures(
     start = seconds_since_start()
     voice = Voice(terminal)
     frames = []
+    previous = None
     for index, shot in enumerate(shots):
         file = shot.output.name + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
-        frames.append(_make_picture(args, options, shot, view, voice, f"rendering {file}"))
+        frame, previous = _make_picture(args, options, shot, view, voice, f"rendering {file}", previous)
+        frames.append(frame)
         if len(shots) > 1 and not terminal.is_interactive:
             terminal.info(f"{file}: {frames[-1]['seconds']['total']:.2f} s")
     result = whole_run(frames, [shot.time for shot in shots])
@@ -102,8 +105,9 @@ def _make_picture(
     view: Callable[[Scene], View],
     voice: Voice,
     label: str,
-) -> dict[str, Any]:
-    """Make one picture and return its JSON object."""
+    previous: Renderer | None,
+) -> tuple[dict[str, Any], Renderer]:
+    """Make one picture and return its JSON object and renderer, whose hierarchy the next frame may refit."""
     from warp_rt.image.image import Image
     from warp_rt.renderer import Renderer
 
@@ -111,7 +115,7 @@ def _make_picture(
     files = planned_files(shot.output, args.aov).values()
     scene, camera = view(read_stage(args, voice, time=shot.time, outputs=files))
     load = time.perf_counter() - begin
-    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
+    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling, previous=previous)
     with progress_bar(voice.terminal, label) as progress:
         film = renderer.render(camera=camera, progress=progress)
     voice.diagnostics(renderer.diagnostics)
@@ -120,4 +124,5 @@ def _make_picture(
     outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output, aovs=args.aov)
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
-    return frame_summary(renderer, film, outputs, seconds, [*scene.diagnostics, *renderer.diagnostics])
+    summary = frame_summary(renderer, film, outputs, seconds, [*scene.diagnostics, *renderer.diagnostics])
+    return summary, renderer
