@@ -79,8 +79,8 @@ def write_aovs(
 
 @wp.func
 def add_capped(a: int, b: int) -> int:
-    """Return the sum of two counts, at most the greatest int32."""
-    return wp.where(a > 2147483647 - b, 2147483647, a + b)
+    """Return the sum of two counts that are not negative, or the greatest int32 where it is greater."""
+    return wp.min(a, 2147483647 - b) + b
 
 
 @wp.func

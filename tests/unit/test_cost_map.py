@@ -76,10 +76,17 @@ def test_steps_are_round_numbers(largest, expected):
 
 def test_a_few_outliers_do_not_set_the_scale():
     values = np.full((100, 100), 60)
-    values[0, :10] = 10_000
+    values[:10] = 1
+    values[20, :10] = 10_000
     assert scale_of(values)[0] == 60
-    values[0, :10] = 110  # not far out
+    values[20, :10] = 110  # not far out
     assert scale_of(values)[0] == 120
+
+
+def test_a_wide_sky_does_not_set_the_scale():
+    values = np.ones((100, 100), int)
+    values[50, 50:60] = np.arange(31, 41)
+    assert scale_of(values) == (40, 5)
 
 
 def picture_of(sheet, shape):

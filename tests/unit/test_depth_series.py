@@ -75,6 +75,18 @@ def test_changes_without_a_scale(color):
     assert (change.scale, change.largest, change.share) == (1.0, color, float(color > 0))
 
 
+def test_sheet_says_where_nothing_changes(monkeypatch):
+    from warp_rt.image import depth_series
+
+    told = []
+    monkeypatch.setattr(depth_series, "contact_sheet", lambda *words: told.append(words))
+    same = film(np.zeros((2, 2, 3)), source="/a/scene.usda", camera="/c", spp=1, threshold=0.5)
+    make_series([1, 2], [same, same]).sheet()
+    headline, subline, (_, (picture, _)) = told[0]
+    assert (headline, subline) == ("scene.usda", "2 x 2 pixels, 1 sample a pixel, threshold 0.5, /c")
+    assert picture.caption.body == "no pixel changes"
+
+
 @pytest.mark.parametrize(
     ("share", "text"),
     [

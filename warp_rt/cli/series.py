@@ -40,7 +40,7 @@ DEPTHS is a list of 3 or 1:7, growing, such as 1:4,7. DIR is made where it is mi
   change_2.png, ...               the differences: absolute, linear, multiplied by a power of two that the sheet tells;
                                   with --format exr not multiplied
 
-The scene is read, uploaded and its hierarchies are built once for all depths.
+The scene is read, uploaded and its hierarchies are built once for all depths. --time-limit holds for each picture.
 """
 
 

@@ -21,7 +21,7 @@ TITLES = {
     "rays": "Rays a pixel",
 }
 
-_WITHIN = 99.5  # percentile of the pixels that the bar covers at least
+_WITHIN = 99.5  # percentile that the bar covers at least, of the pixels that cost more than the cheapest, often the sky
 _OUTLIER = 2.0  # times that percentile: more would leave the rest dark
 _MOST_STEPS = 8
 _LEAST_SIDE = 320  # smaller pictures are enlarged, by whole pixels
@@ -33,7 +33,9 @@ _TITLE, _BODY = 22, 16  # sizes of type
 
 def scale_of(values: np.ndarray) -> tuple[int, int]:
     """Return where a bar for some counts ends, and the step between its ticks: 1, 2 or 5 times a power of ten."""
-    largest, usual = int(values.max()), math.ceil(np.percentile(values, _WITHIN))
+    largest = int(values.max())
+    dear = values[values > values.min()]
+    usual = math.ceil(np.percentile(dear, _WITHIN)) if dear.size else largest
     high = max(1, largest if largest <= _OUTLIER * usual else usual)
     steps = (factor * 10**power for power in range(10) for factor in (1, 2, 5))
     step = next(step for step in steps if high <= _MOST_STEPS * step)

@@ -190,7 +190,9 @@ def _cells(step: DepthStep, before: DepthStep | None) -> tuple[Cell, Cell]:
     if step.change is None or before is None:
         return Cell(_over_black(step.image), Caption(f"Depth {step.depth}", rays)), Cell(None, Caption(body=_LEGEND))
     change, scale = step.change, step.change.scale
-    told = f"{percent(change.share)} of pixels change", f"up to {change.largest:#.3g}"
+    told = (f"{percent(change.share)} of pixels change", f"up to {change.largest:#.3g}")
+    if change.share == 0.0:
+        told = ("no pixel changes", "")
     times = f"x {scale:g}" if scale >= 1.0 else f"/ {1.0 / scale:g}"
     return (
         Cell(_over_black(step.image), Caption(f"Depth {step.depth}", rays, *told)),
