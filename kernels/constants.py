@@ -36,11 +36,14 @@ GROUP = wp.constant(32)
 ALL_RAYS = wp.constant(wp.uint32(0xFFFFFFFF))
 """The set of all rays of a group."""
 
-GROUP_RAY_FLOATS = wp.constant(204)
-"""float32 words of a group's rays: 3 rows of 32 origins, 3 rows of 32 inverse directions, 12 bounds."""
+GROUP_ROWS = wp.constant(18)
+"""Rows of a group, one word a ray; intersect_group.py names them."""
 
-GROUP_BOUNDS = wp.constant(192)
-"""Word of a group's rays at which the bounds begin."""
+GROUP_FLOATS = wp.constant(588)
+"""float32 words of a group: its rows of 32, then 12 bounds."""
+
+GROUP_BOUNDS = wp.constant(576)
+"""Word of a group at which its bounds begin."""
 
 GROUP_MIN = wp.constant(10)
 """Rays of a group up to which each goes on by itself."""
@@ -48,6 +51,13 @@ GROUP_MIN = wp.constant(10)
 GROUP_SPAN = wp.constant(1024)
 """Successive rays among which groups are formed, by octants of their directions: far more than there are rays in the
 groups of 8 octants, few enough that neighbours stay together."""
+
+SCATTER_STRIDE = wp.constant(16)
+"""One in so many pairs of successive rays tells whether they come in any order."""
+
+SCATTERED = wp.constant(0.125)
+"""Part of their origins' extent that successive rays are apart if they come in no order: 1/3 for points at random in a
+box, 0.01 for 8 x 8 tiles of pixels."""
 
 # --- bounding volume hierarchy: construction
 

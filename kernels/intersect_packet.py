@@ -91,7 +91,7 @@ typedef bool bools __attribute__((ext_vector_type(16)));
 #define WARP_RT_MASK(m) __builtin_bit_cast(unsigned short, __builtin_convertvector((m), bools))
 """
 
-_LEAF_ROWS = r"""
+LEAF_ROWS = r"""
     const float* rows = (const float*)leaves.data + (size_t)leaf * 160;
     const float *row_x = rows + 16 * ray.axes[0], *row_y = rows + 16 * ray.axes[1], *row_z = rows + 16 * ray.axes[2];
     const float origin_x = ray.origin[ray.axes[0]], origin_y = ray.origin[ray.axes[1]];
@@ -100,7 +100,7 @@ _LEAF_ROWS = r"""
     const int* ids = (const int*)rows + 144;
 """
 
-_ONE_TRIANGLE = r"""
+ONE_TRIANGLE = r"""
         const float az = row_z[lane] - origin_z, bz = row_z[48 + lane] - origin_z, cz = row_z[96 + lane] - origin_z;
         const float ax = (row_x[lane] - origin_x) - shear_x * az, ay = (row_y[lane] - origin_y) - shear_y * az;
         const float bx = (row_x[48 + lane] - origin_x) - shear_x * bz;
@@ -118,7 +118,7 @@ _ONE_TRIANGLE = r"""
             continue;
 """
 
-_ALL_TRIANGLES = (
+ALL_TRIANGLES = (
     VECTOR_TYPES
     + r"""
     const floats az = WARP_RT_LOAD(row_z) - origin_z;
@@ -145,13 +145,13 @@ _ALL_TRIANGLES = (
 )
 
 _NEAREST_TRIANGLE = (
-    _LEAF_ROWS
+    LEAF_ROWS
     + r"""
     int nearest = -1;
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     for (int lane = 0; lane < 16; ++lane) {
 """
-    + _ONE_TRIANGLE
+    + ONE_TRIANGLE
     + r"""
         t_max = t;
         nearest = lane;
@@ -163,7 +163,7 @@ _NEAREST_TRIANGLE = (
     return nearest;
 #else
 """
-    + _ALL_TRIANGLES.replace("WARP_RT_NONE", "-1")
+    + ALL_TRIANGLES.replace("WARP_RT_NONE", "-1")
     + r"""
     for (; mask != 0; mask &= mask - 1) {
         const int lane = __builtin_ctz(mask);
@@ -185,20 +185,20 @@ _NEAREST_TRIANGLE = (
 )
 
 _TRIANGLE_COUNT = (
-    _LEAF_ROWS
+    LEAF_ROWS
     + r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     int count = 0;
     for (int lane = 0; lane < 16; ++lane) {
 """
-    + _ONE_TRIANGLE
+    + ONE_TRIANGLE
     + r"""
         ++count;
     }
     return count;
 #else
 """
-    + _ALL_TRIANGLES.replace("WARP_RT_NONE", "0")
+    + ALL_TRIANGLES.replace("WARP_RT_NONE", "0")
     + r"""
     return __builtin_popcount(mask);
 }

@@ -4,11 +4,12 @@
 
 import warp as wp
 
-from .bvh_group import RayGroup, set_group_ray, trace_group
+from .bvh_group import RayGroup, trace_group
 from .bvh_structs import AccelData
-from .bvh_traverse import is_ray_finite
-from .constants import GROUP, GROUP_SPAN
-from .intersect_packet import make_packet_ray, octant_of
+from .bvh_traverse import any_hit, closest_hit, is_ray_finite
+from .constants import GROUP, GROUP_SPAN, SCATTER_STRIDE, SCATTERED
+from .intersect_group import load_group
+from .intersect_packet import octant_of
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -17,59 +18,92 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 class RaySpan:
     """Scratch memory of a span of rays."""
 
-    keys: wp.array[int]
-    """Octant of each ray, shape [GROUP_SPAN]; 8: no ray at all."""
     order: wp.array[int]
-    """The rays, octant by octant, shape [GROUP_SPAN]."""
-    ends: wp.array[int]
-    """Where each octant's rays end in ``order``, shape [9]."""
+    """Nine lists of rays, shape [9 GROUP_SPAN]: by octant of the direction, and last those that are not finite."""
+    sizes: wp.array[int]
+    """Rays on each list, shape [9]."""
     group: RayGroup
 
 
-@wp.func
+_SORT = r"""
+    const float* origin = (const float*)origins.data + 3 * (size_t)first;
+    const float* direction = (const float*)directions.data + 3 * (size_t)first;
+    int* lists = (int*)order.data;
+    int counts[9] = {};
+    for (int ray = 0; ray < count; ++ray, origin += 3, direction += 3) {
+        const float total = origin[0] + origin[1] + origin[2] + direction[0] + direction[1] + direction[2];
+        const int octant = (direction[0] < 0.0f) + 2 * (direction[1] < 0.0f) + 4 * (direction[2] < 0.0f);
+        const int list = total - total == 0.0f ? octant : 8;
+        lists[list * GROUP_SPAN + counts[list]] = first + ray;
+        ++counts[list];
+    }
+    for (int list = 0; list < 9; ++list)
+        ((int*)sizes.data)[list] = counts[list];
+""".replace("GROUP_SPAN", str(GROUP_SPAN))
+
+
+@wp.func_native(_SORT)
 def sort_by_octant(
-    span: wp.ref[RaySpan], origins: wp.array[wp.vec3], directions: wp.array[wp.vec3], first: int, count: int
-):
-    """List rays octant by octant, in their order within each; the last list is of those that are not finite."""
-    for key in range(9):
-        span.ends[key] = 0
-    for i in range(count):
-        key = int(8)
-        if is_ray_finite(origins[first + i], directions[first + i]):
-            key = octant_of(directions[first + i])
-        span.keys[i] = key
-        span.ends[key] = span.ends[key] + 1
-    total = int(0)
-    for key in range(9):
-        size = span.ends[key]
-        span.ends[key] = total
-        total += size
-    for i in range(count):
-        key = span.keys[i]
-        span.order[span.ends[key]] = first + i
-        span.ends[key] = span.ends[key] + 1
-
-
-@wp.func
-def gather_group(
-    span: wp.ref[RaySpan],
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
-    t_max: wp.array[float],
-    start: int,
+    first: int,
     count: int,
+    order: wp.array[int],
+    sizes: wp.array[int],
 ):
-    """Make a group of rays ``start`` to ``start + count`` of a span's order."""
-    for index in range(wp.int32(GROUP)):
-        if index < count:
-            i = span.order[start + index]
-            set_group_ray(span.group, 0, index, make_packet_ray(origins[i], directions[i]))
-            end = t_max[wp.min(i, t_max.shape[0] - 1)]
-            span.group.ends[index] = wp.where(end >= 0.0, end, -1.0)  # NaN too: comparing it would stop the others
-        else:
-            set_group_ray(span.group, 0, index, span.group.rays[0])
-            span.group.ends[index] = -1.0
-        span.group.word[index] = -1
+    """List ``count`` rays from ``first`` on by octant, in their order; those that are not finite make a ninth list.
+
+    Args:
+        origins: Contiguous.
+        directions: Likewise.
+        first: First ray.
+        count: At most GROUP_SPAN.
+        order: Output, nine lists of GROUP_SPAN rays each.
+        sizes: Output, how many are on each, shape [9].
+    """
+    ...
+
+
+@wp.func
+def sort_by_octant_plain(
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    first: int,
+    count: int,
+    order: wp.array[int],
+    sizes: wp.array[int],
+):
+    """Write what ``sort_by_octant`` writes, in plain Warp."""
+    for i in range(9):
+        sizes[i] = 0
+    for i in range(first, first + count):
+        row = int(8)
+        if is_ray_finite(origins[i], directions[i]):
+            row = octant_of(directions[i])
+        order[row * GROUP_SPAN + sizes[row]] = i
+        sizes[row] = sizes[row] + 1
+
+
+@wp.func
+def are_scattered(origins: wp.array[wp.vec3], first: int, count: int) -> bool:
+    """Return whether successive rays start as far from each other as any two of the span do: they come in no order.
+
+    Judged by every SCATTER_STRIDE-th pair of neighbours. Points at random are a third of their extent apart, those of
+    neighbouring pixels a small part of it.
+    """
+    low = origins[first]
+    high = origins[first]
+    steps = float(0.0)
+    pairs = int(0)
+    for i in range(first, first + count - 1, SCATTER_STRIDE):
+        a = origins[i]
+        b = origins[i + 1]
+        low = wp.min(low, wp.min(a, b))
+        high = wp.max(high, wp.max(a, b))
+        steps += wp.abs(a[0] - b[0]) + wp.abs(a[1] - b[1]) + wp.abs(a[2] - b[2])
+        pairs += 1
+    extent = high - low
+    return steps > SCATTERED * float(pairs) * (extent[0] + extent[1] + extent[2])
 
 
 @wp.kernel
@@ -90,32 +124,45 @@ def query_closest_hit_group(
     """Write the closest hits of the thread's span of rays ``first`` to ``first + count``."""
     begin = first + wp.tid() * GROUP_SPAN
     size = wp.min(GROUP_SPAN, first + count - begin)
-    sort_by_octant(span, origins, directions, begin, size)
-    start = int(0)
-    for key in range(9):
-        while start < span.ends[key]:
-            together = wp.min(GROUP, span.ends[key] - start)
-            if key < 8:
-                gather_group(span, origins, directions, t_max, start, together)
-                trace_group(accels[0], span.group, together, False)
-            for index in range(together):
-                i = span.order[start + index]
-                word = int(-1)
-                if key < 8:
-                    word = span.group.word[index]
-                if word >= 0:
-                    t_out[i] = span.group.ends[index]
-                    u_out[i] = span.group.u[index]
-                    v_out[i] = span.group.v[index]
-                    triangle_out[i] = wp.cast(accels[0].leaves[word], wp.int32)
-                    instance_out[i] = accels[0].instances[span.group.record[index]].instance
-                else:
-                    t_out[i] = wp.inf
-                    u_out[i] = 0.0
-                    v_out[i] = 0.0
-                    triangle_out[i] = -1
-                    instance_out[i] = -1
-            start += together
+    if are_scattered(origins, begin, size):
+        for i in range(begin, begin + size):
+            end = t_max[wp.min(i, t_max.shape[0] - 1)]
+            hit = closest_hit(accels[0], origins[i], directions[i], end, span.group.single_stack)
+            t_out[i] = wp.where(hit.instance >= 0, hit.t, wp.inf)
+            u_out[i] = hit.u
+            v_out[i] = hit.v
+            triangle_out[i] = hit.triangle
+            instance_out[i] = hit.instance
+    else:
+        sort_by_octant(origins, directions, begin, size, span.order, span.sizes)
+        for octant in range(9):
+            start = octant * GROUP_SPAN
+            end_of_list = start + span.sizes[octant]
+            while start < end_of_list:
+                together = wp.min(GROUP, end_of_list - start)
+                if octant < 8:
+                    load_group(
+                        origins, directions, t_max, span.order, start, together, span.group.rays, 0, span.group.ends
+                    )
+                    trace_group(accels[0], span.group, together, False)
+                for index in range(together):
+                    i = span.order[start + index]
+                    word = int(-1)
+                    if octant < 8:
+                        word = span.group.words[index]
+                    if word >= 0:
+                        t_out[i] = span.group.ends[index]
+                        u_out[i] = span.group.u[index]
+                        v_out[i] = span.group.v[index]
+                        triangle_out[i] = wp.cast(accels[0].leaves[word], wp.int32)
+                        instance_out[i] = accels[0].instances[span.group.records[index]].instance
+                    else:
+                        t_out[i] = wp.inf
+                        u_out[i] = 0.0
+                        v_out[i] = 0.0
+                        triangle_out[i] = -1
+                        instance_out[i] = -1
+                start += together
 
 
 @wp.kernel
@@ -132,14 +179,22 @@ def query_any_hit_group(
     """Write whether the rays of the thread's span hit anything."""
     begin = first + wp.tid() * GROUP_SPAN
     size = wp.min(GROUP_SPAN, first + count - begin)
-    sort_by_octant(span, origins, directions, begin, size)
-    start = int(0)
-    for key in range(9):
-        while start < span.ends[key]:
-            together = wp.min(GROUP, span.ends[key] - start)
-            if key < 8:
-                gather_group(span, origins, directions, t_max, start, together)
-                trace_group(accels[0], span.group, together, True)
-            for index in range(together):
-                blocked_out[span.order[start + index]] = key < 8 and span.group.word[index] >= 0
-            start += together
+    if are_scattered(origins, begin, size):
+        for i in range(begin, begin + size):
+            end = t_max[wp.min(i, t_max.shape[0] - 1)]
+            blocked_out[i] = any_hit(accels[0], origins[i], directions[i], end, span.group.single_stack)
+    else:
+        sort_by_octant(origins, directions, begin, size, span.order, span.sizes)
+        for octant in range(9):
+            start = octant * GROUP_SPAN
+            end_of_list = start + span.sizes[octant]
+            while start < end_of_list:
+                together = wp.min(GROUP, end_of_list - start)
+                if octant < 8:
+                    load_group(
+                        origins, directions, t_max, span.order, start, together, span.group.rays, 0, span.group.ends
+                    )
+                    trace_group(accels[0], span.group, together, True)
+                for index in range(together):
+                    blocked_out[span.order[start + index]] = octant < 8 and span.group.words[index] >= 0
+                start += together

@@ -1,133 +1,297 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A group of rays against the boxes of a node: the native test against its plain twin and against each single ray."""
+"""Groups of rays against nodes and leaf packets: native functions, their plain twins, and each ray by itself."""
 
 import numpy as np
 import warp as wp
 
 from warp_rt.kernels.bvh_stack import push_children
 from warp_rt.kernels.bvh_structs import Stack
-from warp_rt.kernels.constants import GROUP, GROUP_RAY_FLOATS, WIDTH
+from warp_rt.kernels.constants import GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, WIDTH
 from warp_rt.kernels.intersect_group import (
+    GroupStack,
     bound_group,
     bound_group_plain,
+    count_rays,
+    drop_first,
+    first_ray,
     greatest_end,
-    intersect_boxes_group,
-    intersect_boxes_group_plain,
+    group_ray,
+    load_group,
+    load_group_plain,
+    meet_triangles,
+    meet_triangles_plain,
+    push_children_group,
+    push_children_group_plain,
 )
-from warp_rt.kernels.intersect_packet import make_packet_ray
+from warp_rt.kernels.query_group import are_scattered, sort_by_octant, sort_by_octant_plain
 from warp_rt.warp_setup import init_warp
 
 init_warp()
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
-COUNT = 3000
+COUNT = 2000
+ROOM = 2 * WIDTH  # of stacks
 
 
 @wp.kernel
-def compare_groups(
-    nodes: wp.array[float],
-    origins: wp.array2d[wp.vec3],
-    directions: wp.array2d[wp.vec3],
-    ends: wp.array2d[float],
-    active: wp.array[wp.uint32],
-    words_out: wp.array3d[float],
-    met_out: wp.array2d[int],
-    masks_out: wp.array3d[wp.uint32],
-    distances_out: wp.array3d[float],
-    alone_out: wp.array2d[wp.uint32],
-    alone_distances_out: wp.array3d[float],
-    codes_out: wp.array2d[int],
-    entries_out: wp.array2d[float],
-    greatest_out: wp.array[float],
+def compare_loads(
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    order: wp.array[int],
+    counts: wp.array[int],
+    groups_out: wp.array3d[float],
+    ends_out: wp.array3d[float],
 ):
     i = wp.tid()
-    for ray in range(wp.int32(GROUP)):
-        one = make_packet_ray(origins[i, ray], directions[i, ray])
-        for axis in range(3):
-            for copy in range(2):
-                words_out[copy, i, axis * GROUP + ray] = one.origin[axis]
-                words_out[copy, i, (3 + axis) * GROUP + ray] = one.inverse[axis]
-    bound_group(words_out[0, i], 0)
-    bound_group_plain(words_out[1, i], 0)
+    load_group(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[0, i], 0, ends_out[0, i])
+    load_group_plain(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[1, i], 0, ends_out[1, i])
+    bound_group(groups_out[0, i], 0)
+    bound_group_plain(groups_out[1, i], 0)
+
+
+@wp.kernel
+def compare_boxes(
+    nodes: wp.array[float],
+    groups: wp.array2d[float],
+    ends: wp.array2d[float],
+    rays: wp.array[wp.uint32],
+    tops_out: wp.array2d[int],
+    codes_out: wp.array3d[int],
+    distances_out: wp.array3d[float],
+    rays_out: wp.array3d[wp.uint32],
+    alone_tops_out: wp.array2d[int],
+    alone_codes_out: wp.array3d[int],
+    alone_distances_out: wp.array3d[float],
+):
+    i = wp.tid()
     t_end = greatest_end(ends[i])
-    greatest_out[i] = t_end
-    met_out[0, i] = intersect_boxes_group(
-        nodes, i, words_out[0, i], 0, active[i], ends[i], t_end, distances_out[0, i], masks_out[0, i]
-    )
-    met_out[1, i] = intersect_boxes_group_plain(
-        nodes, i, words_out[1, i], 0, active[i], ends[i], t_end, distances_out[1, i], masks_out[1, i]
-    )
-    for ray in range(wp.int32(GROUP)):
-        bit = wp.uint32(1) << wp.uint32(ray)
-        one = make_packet_ray(origins[i, ray], directions[i, ray])
-        stack = Stack()
-        stack.codes = codes_out[i]
-        stack.distances = entries_out[i]
-        for entry in range(push_children(nodes, i, one, ends[i, ray], stack, 0)):
-            lane = stack.codes[entry]  # a child's code is its lane here
-            alone_out[i, lane] = alone_out[i, lane] | bit
-            alone_distances_out[i, ray, lane] = stack.distances[entry]
+    for twin in range(2):
+        stack = GroupStack()
+        stack.codes = codes_out[twin, i]
+        stack.distances = distances_out[twin, i]
+        stack.rays = rays_out[twin, i]
+        if twin == 0:
+            tops_out[0, i] = push_children_group(nodes, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0)
+        else:
+            tops_out[1, i] = push_children_group_plain(nodes, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0)
+    for index in range(wp.int32(GROUP)):
+        alone = Stack()
+        alone.codes = alone_codes_out[i, index]
+        alone.distances = alone_distances_out[i, index]
+        ray = group_ray(groups[i], 0, index)
+        alone_tops_out[i, index] = push_children(nodes, i, ray, ends[i, index], alone, 0)
 
 
-def random_groups(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return groups of one octant each: narrow and wide ones, some rays along axes, some on planes of boxes."""
+@wp.kernel
+def compare_triangles(
+    leaves: wp.array[float],
+    groups: wp.array2d[float],
+    rays: wp.array[wp.uint32],
+    hits_out: wp.array2d[wp.uint32],
+    tuv_out: wp.array4d[float],
+    words_out: wp.array3d[int],
+):
+    i = wp.tid()
+    t, u, v = tuv_out[0, i, 0], tuv_out[0, i, 1], tuv_out[0, i, 2]
+    hits_out[0, i] = meet_triangles(leaves, i, groups[i], 0, rays[i], t, u, v, words_out[0, i])
+    t, u, v = tuv_out[1, i, 0], tuv_out[1, i, 1], tuv_out[1, i, 2]
+    hits_out[1, i] = meet_triangles_plain(leaves, i, groups[i], 0, rays[i], t, u, v, words_out[1, i])
+
+
+@wp.kernel
+def compare_sorts(
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    first: int,
+    count: int,
+    orders_out: wp.array2d[int],
+    sizes_out: wp.array2d[int],
+    scattered_out: wp.array[wp.bool],
+):
+    sort_by_octant(origins, directions, first, count, orders_out[0], sizes_out[0])
+    sort_by_octant_plain(origins, directions, first, count, orders_out[1], sizes_out[1])
+    scattered_out[0] = are_scattered(origins, first, count)
+
+
+@wp.kernel
+def list_sets(
+    sets: wp.array[wp.uint32], first_out: wp.array[int], count_out: wp.array[int], rest_out: wp.array[wp.uint32]
+):
+    i = wp.tid()
+    first_out[i] = first_ray(sets[i])
+    count_out[i] = count_rays(sets[i])
+    rest_out[i] = drop_first(sets[i])
+
+
+def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list[wp.array], device: str) -> list[np.ndarray]:
+    wp.launch(kernel, count, inputs=inputs, outputs=outputs, device=device)
+    return [array.numpy() for array in outputs]
+
+
+def random_groups(rng: np.random.Generator, device: str) -> tuple[wp.array, wp.array, np.ndarray, list[np.ndarray]]:
+    """Return loaded groups and ends, their sizes, and all that was loaded, native and plain.
+
+    Narrow and wide ones, each of one octant; some rays along axes, some on planes of integer coordinates.
+    """
     width = rng.choice([0, 0.01, 1.0], (COUNT, 1, 1))
     origins = rng.uniform(-2, 2, (COUNT, 1, 3)) + width * rng.normal(size=(COUNT, GROUP, 3))
-    directions = np.abs(0.5 * rng.normal(size=(COUNT, 1, 3)) - origins[:, :1]) + 0.0 * origins
-    directions = np.abs(directions + width * rng.normal(size=origins.shape)) * rng.choice([0, 1, 1, 1], origins.shape)
-    directions *= np.where(origins[:, :1] > 0, -1.0, 1.0) + 0.0  # towards the middle; no component is -0.0 alone
-    snap = rng.uniform(size=(COUNT, 1, 1)) < 0.3
-    origins = np.where(snap, np.round(origins), origins)
-    ends = rng.choice([np.inf, 2.0, 0.3, -1.0], (COUNT, GROUP), p=[0.5, 0.3, 0.1, 0.1])
-    # a component of zero counts as positive, so that an axis whose others are negative would be of two octants
-    directions = np.where(directions == 0, 1e-38 * np.sign(directions.sum(axis=1, keepdims=True)), directions)
-    return origins.astype(np.float32), directions.astype(np.float32), ends.astype(np.float32)
+    origins = np.where(rng.uniform(size=(COUNT, 1, 1)) < 0.3, np.round(origins), origins)
+    directions = np.abs(0.5 * rng.normal(size=(COUNT, 1, 3)) - origins[:, :1])
+    directions = np.abs(directions + width * rng.normal(size=origins.shape)) + 1e-38
+    directions = np.where(rng.uniform(size=origins.shape) < 0.2, 1e-38, directions)
+    directions *= np.where(origins[:, :1] > 0, -1.0, 1.0)
+    ends = rng.choice([np.inf, 2.0, 0.3, -1.0, np.nan], COUNT * GROUP, p=[0.5, 0.3, 0.1, 0.05, 0.05])
+    order = np.concatenate([rng.permutation(GROUP) + i * GROUP for i in range(COUNT)])
+    counts = rng.choice([1, 5, GROUP - 1, GROUP], COUNT)
+    inputs = [wp.array(v.reshape(-1, 3), dtype=wp.vec3, device=device) for v in (origins, directions)]
+    inputs += [wp.array(ends, dtype=float, device=device)]
+    inputs += [wp.array(v, dtype=int, device=device) for v in (order, counts)]
+    outputs = [wp.zeros((2, COUNT, n), dtype=float, device=device) for n in (GROUP_FLOATS, GROUP)]
+    groups, loaded_ends = launch(compare_loads, COUNT, inputs, outputs, device)
+    return outputs[0][0], outputs[1][0], counts, [groups, loaded_ends]
 
 
-def test_groups_against_their_rays(device: str) -> None:
-    rng = np.random.default_rng(1)
+def random_sets(rng: np.random.Generator, counts: np.ndarray) -> np.ndarray:
+    """Return sets of the rays of groups: all of them, or some."""
+    some = rng.integers(0, 2**32, COUNT, dtype=np.uint32) | rng.choice([0, 2**32 - 1], COUNT).astype(np.uint32)
+    return some & (np.uint32(2**32 - 1) >> (GROUP - counts).astype(np.uint32))
+
+
+def test_groups_are_loaded(device: str) -> None:
+    _, _, counts, (groups, ends) = random_groups(np.random.default_rng(1), device)
+    rows = slice(0, GROUP_BOUNDS)
+    np.testing.assert_array_equal(groups[0][:, rows].view(np.int32), groups[1][:, rows].view(np.int32))
+    np.testing.assert_array_equal(groups[0][:, GROUP_BOUNDS:], groups[1][:, GROUP_BOUNDS:])
+    np.testing.assert_array_equal(ends[0], ends[1])
+    assert (ends[0][np.arange(GROUP) >= counts[:, None]] == -1).all()
+    inverse = groups[0][:, 96:192]
+    assert np.isfinite(inverse).all()
+    assert (inverse != 0).all()
+
+
+def test_boxes(device: str) -> None:
+    rng = np.random.default_rng(2)
+    groups, ends, counts, _ = random_groups(rng, device)
     corners = rng.uniform(-2, 2, (COUNT, 2, 3, WIDTH))
     corners = np.where(rng.uniform(size=(COUNT, 1, 1, 1)) < 0.3, np.round(corners), corners)
     nodes = np.zeros((COUNT, 8 * WIDTH), np.float32)
     nodes[:, : 3 * WIDTH] = corners.min(axis=1).reshape(COUNT, -1)
     nodes[:, 3 * WIDTH : 6 * WIDTH] = corners.max(axis=1).reshape(COUNT, -1)
-    empty = rng.uniform(size=(COUNT, WIDTH)) < 0.2
-    nodes[:, : 3 * WIDTH][np.tile(empty, (1, 3))] = np.inf
-    nodes[:, 3 * WIDTH : 6 * WIDTH][np.tile(empty, (1, 3))] = -np.inf
-    words = nodes.view(np.uint32)
-    words[:, 6 * WIDTH : 7 * WIDTH] = np.arange(WIDTH)
-    shifts = 4 * np.arange(WIDTH // 2, dtype=np.uint32)
-    for parity in range(2):  # lanes in their own order, whatever the octant
-        lanes_of_word = np.arange(parity, WIDTH, 2, dtype=np.uint32)
-        words[:, 7 * WIDTH + parity :: 2] = np.bitwise_or.reduce(lanes_of_word << shifts)
-    origins, directions, ends = random_groups(rng)
-    active = rng.integers(0, 2**32, COUNT, dtype=np.uint32) | rng.choice([0, 2**32 - 1], COUNT).astype(np.uint32)
-    inputs = [
-        wp.array(nodes.reshape(-1), dtype=float, device=device),
-        *(wp.array(v, dtype=wp.vec3, device=device) for v in (origins, directions)),
-        wp.array(ends, dtype=float, device=device),
-        wp.array(active, dtype=wp.uint32, device=device),
-    ]
-    shapes = [((2, COUNT, GROUP_RAY_FLOATS), float), ((2, COUNT), int), ((2, COUNT, WIDTH), wp.uint32)]
-    shapes += [((2, COUNT, WIDTH), float), ((COUNT, WIDTH), wp.uint32), ((COUNT, GROUP, WIDTH), float)]
-    shapes += [((COUNT, 2 * WIDTH), int), ((COUNT, 2 * WIDTH), float), ((COUNT,), float)]
-    outputs = [wp.zeros(shape, dtype=dtype, device=device) for shape, dtype in shapes]
-    wp.launch(compare_groups, COUNT, inputs=inputs, outputs=outputs, device=device)
-    words, met, masks, distances, alone, alone_distances, _, _, greatest = (array.numpy() for array in outputs)
+    empty = np.tile(rng.uniform(size=(COUNT, WIDTH)) < 0.2, (1, 3))
+    nodes[:, : 3 * WIDTH][empty], nodes[:, 3 * WIDTH : 6 * WIDTH][empty] = np.inf, -np.inf
+    nodes[:, 6 * WIDTH : 7 * WIDTH] = np.arange(WIDTH, dtype=np.int32).view(
+        np.float32
+    )  # each lane's code is its number
+    lanes = np.argsort(rng.uniform(size=(COUNT, 8, WIDTH)), axis=-1).astype(np.uint64)
+    words = (lanes.reshape(COUNT, 8, 8, 2) << (4 * np.arange(8, dtype=np.uint64))[:, None]).sum(axis=2)
+    nodes[:, 7 * WIDTH :] = words.astype(np.uint32).view(np.float32).reshape(COUNT, WIDTH)
+    sets = random_sets(rng, counts)
+    shapes = [((2, COUNT), int), ((2, COUNT, ROOM), int), ((2, COUNT, ROOM), float), ((2, COUNT, ROOM), wp.uint32)]
+    shapes += [((COUNT, GROUP), int), ((COUNT, GROUP, ROOM), int), ((COUNT, GROUP, ROOM), float)]
+    tops, codes, distances, rays, alone_tops, alone_codes, alone_distances = launch(
+        compare_boxes,
+        COUNT,
+        [wp.array(nodes.reshape(-1), dtype=float, device=device), groups, ends, wp.array(sets, device=device)],
+        [wp.zeros(shape, dtype=dtype, device=device) for shape, dtype in shapes],
+        device,
+    )
+    np.testing.assert_array_equal(tops[0], tops[1])
+    used = np.arange(ROOM) < tops[0][:, None]
+    assert 0.05 < used.mean() < 0.6
+    for native, plain in (codes, distances, rays):
+        np.testing.assert_array_equal(native[used], plain[used])
+    # what single rays find, in the same order: each child that one of the set meets, with all of those
+    for i in range(COUNT):
+        pushed = codes[0, i, : tops[0, i]].tolist()
+        bounds = dict(zip(pushed, distances[0, i].tolist(), strict=False))
+        found: dict[int, int] = {}
+        for index in np.flatnonzero(sets[i] >> np.arange(GROUP, dtype=np.uint32) & 1):
+            mine = alone_codes[i, index, : alone_tops[i, index]].tolist()
+            assert [code for code in pushed if code in mine] == mine
+            for code, t in zip(mine, alone_distances[i, index].tolist(), strict=False):
+                found[code] = found.get(code, 0) | 1 << int(index)
+                assert bounds[code] <= t
+        assert found == dict(zip(pushed, rays[0, i].tolist(), strict=False))
 
+
+def test_triangles(device: str) -> None:
+    rng = np.random.default_rng(3)
+    groups, ends, counts, _ = random_groups(rng, device)
+    leaves = np.zeros((COUNT, 10 * WIDTH), np.float32)
+    center = rng.uniform(-1.5, 1.5, (COUNT, 1, 3, WIDTH))
+    leaves[:, : 9 * WIDTH] = (center + rng.normal(size=(COUNT, 3, 3, WIDTH))).reshape(COUNT, -1)
+    empty = np.arange(WIDTH) >= rng.integers(1, WIDTH + 1, (COUNT, 1))
+    leaves[:, : 9 * WIDTH][np.tile(empty, (1, 9))] = np.nan
+    sets = random_sets(rng, counts)
+    tuv = np.zeros((2, COUNT, 3, GROUP), np.float32)
+    tuv[:, :, 0] = ends.numpy()
+    hits, tuv, words = launch(
+        compare_triangles,
+        COUNT,
+        [wp.array(leaves.reshape(-1), dtype=float, device=device), groups, wp.array(sets, device=device)],
+        [
+            wp.zeros((2, COUNT), dtype=wp.uint32, device=device),
+            wp.array(tuv, dtype=float, device=device),
+            wp.zeros((2, COUNT, GROUP), dtype=int, device=device),
+        ],
+        device,
+    )
+    np.testing.assert_array_equal(hits[0], hits[1])
+    np.testing.assert_array_equal(tuv[0], tuv[1])
     np.testing.assert_array_equal(words[0], words[1])
-    np.testing.assert_array_equal(greatest, ends.max(axis=1))
-    np.testing.assert_array_equal(met[0], met[1])
-    lanes = (met[0][:, None] >> np.arange(WIDTH)) & 1 == 1
-    assert 0.1 < lanes.mean() < 0.7
-    np.testing.assert_array_equal(masks[0][lanes], masks[1][lanes])
-    np.testing.assert_array_equal(distances[0][lanes], distances[1][lanes])
-    # the rays that the test of a single one finds, every one of them and no other
-    expected = alone & active[:, None]
-    np.testing.assert_array_equal(lanes, expected != 0)
-    np.testing.assert_array_equal(masks[0][lanes], expected[lanes])
-    rays = (masks[0].astype(np.int64)[:, None, :] >> np.arange(GROUP)[:, None]) & 1 == 1
-    rays &= lanes[:, None]
-    assert (distances[0][:, None] <= alone_distances)[rays].all()
-    assert not (lanes & empty).any()
+    assert not (hits[0] & ~sets).any()
+    share = np.bitwise_count(hits[0]).sum() / np.bitwise_count(sets).sum()
+    assert 0.1 < share < 0.9
+
+
+def test_rays_are_listed_by_octant(device: str) -> None:
+    rng = np.random.default_rng(4)
+    first, count = 7, GROUP_SPAN - 30
+    origins = rng.normal(size=(GROUP_SPAN, 3)).astype(np.float32)
+    directions = rng.normal(size=(GROUP_SPAN, 3)).astype(np.float32)
+    directions[rng.uniform(size=directions.shape) < 0.1] = 0
+    directions[rng.uniform(size=directions.shape) < 0.01] = np.nan
+    origins[rng.uniform(size=origins.shape) < 0.01] = np.inf
+    arrays = [wp.array(v, dtype=wp.vec3, device=device) for v in (origins, directions)]
+    outputs = [wp.zeros(shape, dtype=int, device=device) for shape in ((2, 9 * GROUP_SPAN), (2, 9))]
+    outputs += [wp.zeros(1, dtype=wp.bool, device=device)]
+    orders, sizes, _ = launch(compare_sorts, 1, [*arrays, first, count], outputs, device)
+    np.testing.assert_array_equal(orders[0], orders[1])
+    np.testing.assert_array_equal(sizes[0], sizes[1])
+    octant = (directions < 0) @ [1, 2, 4]
+    octant[~np.isfinite(origins + directions).all(axis=1)] = 8
+    for row in range(9):
+        expected = first + np.flatnonzero(octant[first : first + count] == row)
+        np.testing.assert_array_equal(orders[0][row * GROUP_SPAN :][: sizes[0][row]], expected)
+    assert sizes[0].sum() == count
+
+
+def test_scattered_rays_are_told_from_those_of_pixels(device: str) -> None:
+    rng = np.random.default_rng(5)
+    y, x = np.divmod(np.arange(GROUP_SPAN), 8)
+    tiles = np.stack([8 * (y // 8) + x, y % 8, 0.1 * rng.normal(size=GROUP_SPAN)], axis=1)
+    sets = {
+        "an eye": (np.zeros((GROUP_SPAN, 3)), False),
+        "tiles": (tiles, False),
+        "a line": (np.linspace(0, 1, 3 * GROUP_SPAN).reshape(-1, 3), False),
+        "a box": (rng.uniform(size=(GROUP_SPAN, 3)), True),
+        "a sphere": (rng.normal(size=(GROUP_SPAN, 3)), True),
+    }
+    for name, (origins, expected) in sets.items():
+        arrays = [wp.array(origins, dtype=wp.vec3, device=device)] * 2
+        outputs = [wp.zeros(shape, dtype=int, device=device) for shape in ((2, 9 * GROUP_SPAN), (2, 9))]
+        outputs += [wp.zeros(1, dtype=wp.bool, device=device)]
+        _, _, is_scattered = launch(compare_sorts, 1, [*arrays, 0, GROUP_SPAN], outputs, device)
+        assert is_scattered[0] == expected, name
+
+
+def test_sets(device: str) -> None:
+    sets = np.random.default_rng(6).integers(1, 2**32, 500, dtype=np.uint32)
+    sets[:32] = 1 << np.arange(32, dtype=np.uint32)
+    outputs = [wp.zeros(len(sets), dtype=dtype, device=device) for dtype in (int, int, wp.uint32)]
+    first, count, rest = launch(list_sets, len(sets), [wp.array(sets, device=device)], outputs, device)
+    np.testing.assert_array_equal(first, [(int(s) & -int(s)).bit_length() - 1 for s in sets])
+    np.testing.assert_array_equal(count, np.bitwise_count(sets))
+    np.testing.assert_array_equal(rest, [int(s) & (int(s) - 1) for s in sets])
