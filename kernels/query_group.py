@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .bvh_flight import Flights, is_for_flights, trace_flights
 from .bvh_group import RayGroup, trace_group
 from .bvh_structs import AccelData
 from .bvh_traverse import any_hit, closest_hit, is_ray_finite
@@ -23,6 +24,7 @@ class RaySpan:
     sizes: wp.array[int]
     """Rays on each list, shape [9]."""
     group: RayGroup
+    flights: Flights
 
 
 _SORT = r"""
@@ -124,7 +126,24 @@ def query_closest_hit_group(
     """Write the closest hits of the thread's span of rays ``first`` to ``first + count``."""
     begin = first + wp.tid() * GROUP_SPAN
     size = wp.min(GROUP_SPAN, first + count - begin)
-    if are_scattered(origins, begin, size):
+    is_scattered = are_scattered(origins, begin, size)
+    if is_scattered and is_for_flights(accels[0]):
+        trace_flights(accels[0], span.flights, origins, directions, t_max, begin, size, False)
+        for row in range(size):
+            word = span.flights.words[row]
+            if word >= 0:
+                t_out[begin + row] = span.flights.t[row]
+                u_out[begin + row] = span.flights.u[row]
+                v_out[begin + row] = span.flights.v[row]
+                triangle_out[begin + row] = wp.cast(accels[0].leaves[word], wp.int32)
+                instance_out[begin + row] = accels[0].instances[0].instance
+            else:
+                t_out[begin + row] = wp.inf
+                u_out[begin + row] = 0.0
+                v_out[begin + row] = 0.0
+                triangle_out[begin + row] = -1
+                instance_out[begin + row] = -1
+    elif is_scattered:
         for i in range(begin, begin + size):
             end = t_max[wp.min(i, t_max.shape[0] - 1)]
             hit = closest_hit(accels[0], origins[i], directions[i], end, span.group.single_stack)
@@ -179,7 +198,12 @@ def query_any_hit_group(
     """Write whether the rays of the thread's span hit anything."""
     begin = first + wp.tid() * GROUP_SPAN
     size = wp.min(GROUP_SPAN, first + count - begin)
-    if are_scattered(origins, begin, size):
+    is_scattered = are_scattered(origins, begin, size)
+    if is_scattered and is_for_flights(accels[0]):
+        trace_flights(accels[0], span.flights, origins, directions, t_max, begin, size, True)
+        for row in range(size):
+            blocked_out[begin + row] = span.flights.words[row] >= 0
+    elif is_scattered:
         for i in range(begin, begin + size):
             end = t_max[wp.min(i, t_max.shape[0] - 1)]
             blocked_out[i] = any_hit(accels[0], origins[i], directions[i], end, span.group.single_stack)

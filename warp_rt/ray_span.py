@@ -6,10 +6,11 @@ from __future__ import annotations
 
 import warp as wp
 
-from warp_rt.accel import Accel
+from warp_rt.accel import Accel, make_stacks
+from warp_rt.kernels.bvh_flight import Flights, RayInFlight
 from warp_rt.kernels.bvh_group import RayGroup
 from warp_rt.kernels.bvh_structs import Stack
-from warp_rt.kernels.constants import GROUP, GROUP_FLOATS, GROUP_SPAN, WIDTH
+from warp_rt.kernels.constants import FLIGHTS, GROUP, GROUP_FLOATS, GROUP_SPAN, WIDTH
 from warp_rt.kernels.intersect_group import GroupStack
 from warp_rt.kernels.query_group import RaySpan
 
@@ -30,7 +31,18 @@ def make_ray_span(accel: Accel) -> RaySpan:
     span = RaySpan()
     span.order, span.sizes = _empty(9 * GROUP_SPAN, int), _empty(9, int)
     span.group = group
+    span.flights = _make_flights(accel)
     return span
+
+
+def _make_flights(accel: Accel) -> Flights:
+    flights = Flights()
+    flights.rays = _empty(FLIGHTS, RayInFlight)
+    flights.stacks = make_stacks(accel, FLIGHTS)
+    flights.slots, flights.tuv = _empty(FLIGHTS, int), _empty(4, float)
+    flights.t, flights.u, flights.v = (_empty(GROUP_SPAN, float) for _ in range(3))
+    flights.words = _empty(GROUP_SPAN, int)
+    return flights
 
 
 def _empty(count: int, dtype: type) -> wp.array:

@@ -11,7 +11,7 @@ import warp as wp
 import warp_rt
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.kernels import query
-from warp_rt.kernels.constants import GROUP, GROUP_SPAN
+from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
 from warp_rt.queries import Hits
 from warp_rt.scene import Scene
 
@@ -134,3 +134,20 @@ def test_deep_trees_do_not_overflow_stacks() -> None:
     rng = np.random.default_rng(8)
     origins = rng.uniform(0.5, 1, (6400, 3)).astype(np.float32)
     check(accel, origins, (2.0 ** -rng.uniform(0, 40, (6400, 1)) * rng.uniform(0, 1, (6400, 3)) - origins).astype("f"))
+
+
+def test_scattered_rays_through_a_big_hierarchy() -> None:
+    """Beyond the caches they fly side by side in one thread, each by itself."""
+    accel = warp_rt.build_accel(Scene.from_arrays(*soup(400_000, 9, size=0.004)))
+    assert accel.data.nodes.size + accel.data.leaves.size > FLIGHT_FLOATS
+    rng = np.random.default_rng(10)
+    origins, directions = rng.uniform(size=(20_000, 3)).astype("f"), rng.normal(size=(20_000, 3)).astype("f")
+    hits = check(accel, origins, directions)
+    assert 0.3 < (hits.instance == 0).mean() < 1
+    bad = rng.uniform(size=len(origins)) < 0.1
+    directions[bad] = rng.choice(np.float32([0, np.nan, np.inf]), (bad.sum(), 3))
+    for count in (20_000, 2, 5, 1030):
+        ends = rng.choice(np.float32([0.05, 0.3, np.inf, 0, -1, np.nan]), count)
+        check(accel, origins[:count], directions[:count], ends)
+    directions[:] = np.nan
+    check(accel, origins, directions)
