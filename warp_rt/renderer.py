@@ -8,6 +8,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from warp_rt.compile import load_kernels
 from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
 from warp_rt.film import Film, RayCounts
-from warp_rt.film_buffers import crop_area, make_film_buffers
+from warp_rt.film_buffers import Rectangle, crop_area, make_film_buffers
 from warp_rt.film_camera import camera_data, choose_camera, frame_camera, image_size
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
@@ -31,7 +32,7 @@ from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Light, Scene
 from warp_rt.tree.ray_tree import RayTree
-from warp_rt.tree_recording import make_roots, record
+from warp_rt.tree_recording import Records, make_roots, record
 from warp_rt.warp_setup import init_warp, resolve_device
 from warp_rt.workers import default_thread_count
 
@@ -186,53 +187,39 @@ class Renderer:
         Raises:
             OptionError: There is no such pixel or sample.
             SceneError: The scene has no camera of that name.
-            LimitError: The tree is larger than anybody would read.
+            LimitError: The tree is larger than anybody would read, or the time limit was reached.
         """
         with self._clock("compile"):
             load_kernels("record_tree", device=self.device, on_compile=self._on_compile)
         chosen, device_scene, lights = self._set_up(camera)
         width, height = image_size(chosen, self.options, self.scene.settings)
         area = crop_area(self.options.crop, width, height)
-        if not (0 <= x < area[2] and 0 <= y < area[3]):
-            raise OptionError(f"pixel ({x}, {y}) lies outside the picture of {area[2]} x {area[3]} pixels")
-        taken = tuple(range(self.options.spp)) if samples is None else tuple(samples)
-        for sample in taken:
-            if not 0 <= sample < self.options.spp:
-                raise OptionError(f"sample: {sample} is outside 0..{self.options.spp - 1}")
+        _check_pixel(x, y, area)
+        taken = _chosen_samples(samples, self.options.spp)
         eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin)
         frame = frame_data(self.options, self.scene, eye)
-        stop = StopFlag(self.device)
-        tasks, stacks, counts = self._scratch(1, self._depth)
-        values = wp.zeros(self.options.spp, dtype=wp.vec4, device=self.device)
         shared = [
             self._array_of_one(device_scene.data, structs.SceneData),
             self.accel.table,
             self._array_of_one(frame, structs.FrameData),
         ]
-
-        def launch(recorder: TreeRecorder) -> None:
-            recorders = self._array_of_one(recorder, TreeRecorder)
-            for sample in taken:
-                inputs = [*shared, recorders, tasks, stacks, counts, area[0] + x, area[1] + y, sample]
-                wp.launch(record_tree.record_sample, dim=1, inputs=inputs, outputs=[values], device=self.device)
-
         with self._clock("render"):
-            records = record(launch, depth=self._depth, stop=stop.array, device=self.device)
-            # The film's own arithmetic, sample after sample, so that the very same float32 numbers come out.
-            color = np.zeros(4, np.float32)
-            for value in values.numpy()[list(taken)]:
-                color += value
-            color /= np.float32(len(taken))
-        red, green, blue = (color[:3] * np.float32(chosen.exposure_scale)).tolist()
+            records, values = self._record(shared, (area[0] + int(x), area[1] + int(y)), taken)
+        # The film's own arithmetic, sample after sample, so that the very same float32 numbers come out.
+        total = np.zeros(4, np.float32)
+        for value in values:
+            total += value
+        mean = total / np.float32(len(taken))
+        red, green, blue = (mean[:3] * np.float32(chosen.exposure_scale)).tolist()
         return RayTree(
-            x=x,
-            y=y,
+            x=int(x),
+            y=int(y),
             width=area[2],
             height=area[3],
             roots=make_roots(records, self.scene, lights, device_scene.origin),
             samples=taken,
             value=(red, green, blue),
-            alpha=float(color[3]),
+            alpha=float(mean[3]),
             exposure_scale=chosen.exposure_scale,
             spp=self.options.spp,
             depth=self._depth,
@@ -242,6 +229,31 @@ class Renderer:
             time=self.scene.time,
             scene_size=_diagonal(self.scene),
         )
+
+    def _record(
+        self, shared: list[wp.array], pixel: tuple[int, int], samples: Sequence[int]
+    ) -> tuple[Records, np.ndarray]:
+        """Return the records of a pixel's samples, and the radiance and alpha of each: float32, shape [samples, 4].
+
+        Args:
+            shared: The kernel's first arguments.
+            pixel: Column and row in the whole picture.
+            samples: Which to trace.
+        """
+        deadline = Deadline(self.options.time_limit)
+        stop = StopFlag(self.device)
+        scratch = self._scratch(1, self._depth)
+        values = wp.zeros(self.options.spp, dtype=wp.vec4, device=self.device)
+
+        def launch(recorder: TreeRecorder) -> None:
+            recorders = self._array_of_one(recorder, TreeRecorder)
+            for sample in samples:
+                inputs = [*shared, recorders, *scratch, *pixel, sample]
+                wp.launch(record_tree.record_sample, dim=1, inputs=inputs, outputs=[values], device=self.device)
+                deadline.check()
+
+        records = record(launch, depth=self._depth, stop=stop.array, device=self.device)
+        return records, values.numpy()[list(samples)]
 
     def _set_up(self, camera: str | Camera | None) -> tuple[Camera, DeviceScene, tuple[Light, ...]]:
         """Return the camera, the scene as it is lit, and its lights; note the defaults that stepped in."""
@@ -350,3 +362,21 @@ def _diagonal(scene: Scene) -> float:
     low, high = scene.bounds()
     length = float(np.linalg.norm(high - low))
     return length if np.isfinite(length) and length > 0 else 1.0
+
+
+def _check_pixel(x: int, y: int, area: Rectangle) -> None:
+    if not (isinstance(x, Integral) and isinstance(y, Integral)):
+        raise OptionError(f"pixel ({x!r}, {y!r}): whole numbers expected")
+    if not (0 <= x < area[2] and 0 <= y < area[3]):
+        raise OptionError(f"pixel ({x}, {y}) lies outside the picture of {area[2]} x {area[3]} pixels")
+
+
+def _chosen_samples(samples: Sequence[int] | None, spp: int) -> tuple[int, ...]:
+    """Return which samples of a pixel to trace: those asked for, else all."""
+    chosen = tuple(range(spp)) if samples is None else tuple(samples)
+    if not chosen:
+        raise OptionError("samples: at least one expected")
+    for sample in chosen:
+        if not 0 <= sample < spp:
+            raise OptionError(f"sample: {sample} is outside 0..{spp - 1}")
+    return chosen

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warp_rt import RayTree, Renderer, RenderOptions, Scene
+from warp_rt import LimitError, OptionError, RayTree, Renderer, RenderOptions, Scene
 from warp_rt.scene import Camera, Dome, LightKind
 from warp_rt.tree.nodes import Fate, RayKind, TreeNode
 
@@ -248,6 +248,38 @@ def test_a_ray_that_meets_nothing() -> None:
     assert root.has_left
     assert root.place is None
     np.testing.assert_allclose(tree.value, (0.1, 0.2, 0.3), rtol=RTOL)
+
+
+# --- what is asked for
+
+
+@pytest.mark.parametrize(
+    ("arguments", "more", "message"),
+    [
+        ((0.5, 0), {}, r"pixel \(0.5, 0\): whole numbers expected"),
+        ((1, 0), {}, r"pixel \(1, 0\) lies outside the picture of 1 x 1 pixels"),
+        ((0, 0), {"samples": ()}, "samples: at least one expected"),
+        ((0, 0), {"samples": (0, 4)}, r"sample: 4 is outside 0\.\.3"),
+    ],
+)
+def test_pixels_and_samples_that_are_not_there(arguments: tuple, more: dict, message: str) -> None:
+    renderer = Renderer(scene_of(square(FLOOR)), RenderOptions(width=1, height=1, spp=4), device="cpu")
+    with pytest.raises(OptionError, match=message):
+        renderer.trace_tree(*arguments, camera=DOWN, **more)
+
+
+def test_some_samples_of_a_pixel() -> None:
+    renderer = Renderer(scene_of(square(FLOOR)), RenderOptions(width=1, height=1, spp=4), device="cpu")
+    tree = renderer.trace_tree(np.int64(0), 0, camera=parallel((0, 0, 5), half=2.0), samples=(3, 1))
+    whole = renderer.trace_tree(0, 0, camera=parallel((0, 0, 5), half=2.0))
+    assert (tree.samples, tree.is_whole, whole.is_whole) == ((3, 1), False, True)
+    assert [root.position for root in tree.roots] == [whole.roots[k].position for k in (3, 1)]
+
+
+def test_time_limit() -> None:
+    renderer = Renderer(scene_of(square(FLOOR)), RenderOptions(width=1, height=1, time_limit=0.0), device="cpu")
+    with pytest.raises(LimitError, match="time limit of 0 s reached"):
+        renderer.trace_tree(0, 0, camera=DOWN)
 
 
 # --- the picture's terms

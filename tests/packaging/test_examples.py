@@ -28,6 +28,7 @@ WORDS = {
     "06_kernels.py": "refracted to 28.13 degrees",
     "07_why_hierarchies.py": "10082        10082 ",
     "08_hierarchy_levels.py": "level 7: 128 boxes",
+    "09_ray_tree.py": "All 10 nodes sum to 0.664",
 }
 PICTURES = {"01_render.py": {"mirror_teapot.png"}, "04_from_arrays.py": {"waves.png"}}
 PICTURES["08_hierarchy_levels.py"] = {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)}

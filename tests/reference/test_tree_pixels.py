@@ -30,10 +30,10 @@ PIXELS = 80  # a stage; on our thirteen stages alone they are more than a thousa
 ROUNDING = 2.0**-21  # of the sum of magnitudes: float32 sums of trees of some ten nodes, held against float64
 
 
-def check_pixels(path: Path, spp: int, shadows: str, pixels: int = PIXELS) -> None:
+def check_pixels(path: Path, spp: int, shadows: str, pixels: int = PIXELS, device: str = "cpu") -> None:
     """Hold the trees of random pixels of a stage against its picture."""
     options = warp_rt.RenderOptions(width=160, spp=spp, shadows=shadows, ambient=(0.2, 0.3, 0.4), depth=6)
-    renderer = warp_rt.Renderer(warp_rt.load_scene(path), options, device="cpu")
+    renderer = warp_rt.Renderer(warp_rt.load_scene(path), options, device=device)
     film = renderer.render()
     generator = np.random.default_rng(len(path.name))
     for x, y in zip(
@@ -78,6 +78,10 @@ def _check_node(node: TreeNode) -> None:
 def _terms(light: LightTerm) -> tuple[tuple[float, float, float], ...]:
     """Return what the kernel adds for a light, one after the other: of a dome, two terms."""
     return (light.diffuse, light.specular) if light.kind == "dome" else (light.total,)
+
+
+def test_pixels_on_every_device(device: str) -> None:
+    check_pixels(ROOT / "scenes" / "glass.usda", spp=2, shadows="auto", pixels=20, device=device)
 
 
 @pytest.mark.parametrize("path", STAGES, ids=lambda path: path.stem)

@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Why has a pixel its colour? Its ray tree, printed, and taken apart: which body gives how much of the light.
+
+python examples/09_ray_tree.py
+"""
+
+from collections import Counter
+from pathlib import Path
+
+import warp_rt
+
+STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+
+tree = warp_rt.trace_tree(STAGE, 240, 70, width=320, device="cpu")
+print(tree.to_text(levels=2))
+
+shares = Counter()
+for node in tree:
+    body = node.place.prim if node.place else "background"
+    shares[body] += sum(node.contribution) / sum(tree.value)
+print("\nWhere the light of this pixel comes from:")
+for body, share in shares.most_common():
+    print(f"{100 * share:5.1f} %  {body}")
+
+total = sum(sum(node.contribution) for node in tree)
+print(f"All {len(tree)} nodes sum to {total:.6f}, the pixel's channels to {sum(tree.value):.6f}")
