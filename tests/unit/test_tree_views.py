@@ -155,6 +155,17 @@ def test_text_accounts_for_what_it_leaves_out(large: warp_rt.RayTree) -> None:
     assert told + sum(int(count.replace(",", "")) for count in hidden) == len(large)
 
 
+def test_the_equation_says_what_its_brackets_are(large: warp_rt.RayTree, small: warp_rt.RayTree) -> None:
+    """A branch of either stands in brackets, its value being that of the node."""
+    text = " ".join(large.to_text(width=120).split())
+    equation = text.split("with the value of what is not written out in [ ]", 1)[1]
+    values = {f"{node.value[0]:.4g}" for node in large}
+    in_brackets = re.findall(r"\[([\d.e-]+)\]", equation.split("green:")[0])
+    assert len(in_brackets) > 3
+    assert set(in_brackets) <= values
+    assert "written out" not in small.to_text()
+
+
 def test_text_has_every_node_where_there_are_few(small: warp_rt.RayTree) -> None:
     text = small.to_text()
     assert [f"#{node.index} level {node.depth}" in text for node in small] == [True] * len(small)

@@ -15,6 +15,8 @@ from warp_rt.tree.selection import select
 
 NODES_SHOWN = 30
 """Nodes that are drawn where nobody asks for more: some four screens."""
+EQUATION_NODES = 16
+"""Nodes that the nested equation writes out: more brackets nobody matches by eye."""
 MIN_WIDTH = 48
 """Columns below which lines are not broken any further."""
 _CHANNELS = ("red", "green", "blue")
@@ -42,9 +44,11 @@ def tree_rows(tree: PixelTree, *, width: int = 100, levels: int | None = None) -
     for root, sample in zip(tree.roots, tree.samples, strict=True):
         if root.index in shown:
             rows.append(())
+            written = shown & select([root], nodes=EQUATION_NODES)
             title = f"I = I_local + Kr R + Kt T{f' of sample {sample}' if len(tree.roots) > 1 else ''}"
-            rows += _fold(((title, "strong"),), width, (), 0)
-            rows += _equations(root, shown, width)
+            rest = ", with the value of what is not written out in [ ]" if root.size > len(written) else ""
+            rows += _fold(((title, "strong"), (rest, "dim")), width, (), 0)
+            rows += _equations(root, written, width)
     return rows
 
 
