@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .constants import MAX_DIRECTION, MIN_DIRECTION, SLAB_SCALE
+from .constants import BOX_PADDING, MAX_DIRECTION, MIN_DIRECTION, SLAB_SCALE
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -14,6 +14,15 @@ def box_half_area(low: wp.vec3, high: wp.vec3) -> float:
     """Return half the surface area of a box: what the surface area heuristic weighs boxes by."""
     extent = high - low
     return extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0]
+
+
+@wp.func
+def box_padding(low: wp.vec3, high: wp.vec3) -> float:
+    """Return by how much a node's box is wider on each side than what is in it, see BOX_PADDING."""
+    size = float(0.0)
+    for axis in range(3):
+        size = wp.max(size, wp.max(high[axis] - low[axis], wp.max(wp.abs(low[axis]), wp.abs(high[axis]))))
+    return BOX_PADDING * size
 
 
 @wp.func
@@ -53,7 +62,8 @@ def inverse_direction(direction: wp.vec3) -> wp.vec3:
 def intersect_box(origin: wp.vec3, inverse: wp.vec3, t_max: float, low: wp.vec3, high: wp.vec3) -> wp.vec2:
     """Return the distances at which a ray enters and leaves a box: it misses where the first exceeds the second.
 
-    Both lie in [0, t_max], and no ray that meets the box in exact arithmetic is missed.
+    Both lie in [0, t_max], and no ray that meets the inside of the box in exact arithmetic is missed; one that runs
+    in its upper plane may be, which is what nodes have their ``box_padding`` for.
 
     Args:
         origin: Of the ray.

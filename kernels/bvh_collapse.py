@@ -8,7 +8,7 @@ HPG, section 4.1. Differs by a leaf of the binary tree being a leaf packet alrea
 
 import warp as wp
 
-from .bounds import box_half_area
+from .bounds import box_half_area, box_padding
 from .bvh_structs import BinaryTrees, TreeSummary
 from .constants import NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
 
@@ -219,8 +219,9 @@ def walk_parts(
             code = int(0)
             if lane < count:
                 slot = found[lane]
-                low = trees.nodes[slot].low
-                high = trees.nodes[slot].high
+                padding = box_padding(trees.nodes[slot].low, trees.nodes[slot].high)
+                low = trees.nodes[slot].low - wp.vec3(padding)
+                high = trees.nodes[slot].high + wp.vec3(padding)
                 if trees.nodes[slot].right < 0:
                     code = -1 - first_leaf - summary.leaf_count
                     if is_packing:

@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .bounds import box_half_area
+from .bounds import box_half_area, box_padding
 from .bvh_collapse import order_lanes, pack_leaf
 from .constants import LEAF_FLOATS, LEAF_IDS, NODE_CHILDREN, NODE_FLOATS, WIDTH
 
@@ -110,6 +110,9 @@ def refit_nodes(
                     cost += box_half_area(child.low, child.high)
                 root.low = wp.min(root.low, child.low)
                 root.high = wp.max(root.high, child.high)
+                padding = box_padding(child.low, child.high)
+                child.low = child.low - wp.vec3(padding)
+                child.high = child.high + wp.vec3(padding)
             for axis in range(3):
                 nodes_out[word + WIDTH * axis + lane] = child.low[axis]
                 nodes_out[word + WIDTH * (3 + axis) + lane] = child.high[axis]

@@ -102,6 +102,11 @@ MAX_DIRECTION = wp.constant(1.0e30)
 """Components of a direction beyond this count as this in the box test: were an inverse flushed to zero, the infinite
 planes of empty lanes would become NaN."""
 
+BOX_PADDING = wp.constant(2.0**-23)
+"""Growth of a node's boxes, in units of their largest coordinate or extent: at least one unit in the last place. A ray
+along an axis that lies exactly in a box's upper plane would otherwise leave it where it enters, at 0 times the inverse
+direction's 1e30, although the box's triangles reach that plane."""
+
 SLAB_SCALE = wp.constant(1.0 + 4.0 * 2.0**-23)
 """Factor on a box's far distance that makes the slab test conservative: 1 + 2 gamma(3), rounded up. The factor goes
 into the ray's inverse direction, once: that product is rounded as the one with the distance would be.

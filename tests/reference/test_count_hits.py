@@ -114,3 +114,24 @@ def test_it_is_called_like_any_hit() -> None:
     np.testing.assert_array_equal(expected > 0, warp_rt.any_hit(accel, origins, directions))
     with pytest.raises(OptionError, match="int32"):
         warp_rt.count_hits(accel, origins, directions, out=np.empty(len(origins)))
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("builder", BUILDERS)
+def test_rays_along_an_axis_meet_a_sheet_up_to_its_rim(builder: str, axis: int) -> None:
+    """A flat grid of 4 x 4 squares, whose rim lies in planes of boxes: each vertex counts all triangles around it."""
+    steps = np.arange(5)
+    u, v = (values.reshape(-1) for values in np.meshgrid(steps, steps, indexing="ij"))
+    points = np.zeros((25, 3))
+    points[:, (axis + 1) % 3], points[:, (axis + 2) % 3] = u / 4, v / 4
+    low = (5 * u + v).reshape(5, 5)[:-1, :-1].reshape(-1)
+    triangles = np.concatenate([np.stack([low, low + 5, low + 6], 1), np.stack([low, low + 6, low + 1], 1)])
+    accel = warp_rt.build_accel(Scene.from_arrays(points, triangles), bvh=builder)
+    for sign in (1.0, -1.0):
+        directions = np.zeros((25, 3))
+        directions[:, axis] = sign
+        origins = points - 3 * directions
+        around = np.bincount(triangles.reshape(-1), minlength=25)
+        np.testing.assert_array_equal(warp_rt.count_hits(accel, origins, directions), around)
+        assert warp_rt.any_hit(accel, origins, directions).all()
+        assert (warp_rt.closest_hit(accel, origins, directions).t == 3).all()
