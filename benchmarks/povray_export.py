@@ -27,7 +27,17 @@ import numpy as np
 
 from warp_rt import Scene
 from warp_rt.film_camera import choose_camera, conform_window
-from warp_rt.scene import MATERIAL_DEFAULTS, Light, LightKind, Material, MaterialModel, Mesh
+from warp_rt.scene import (
+    MATERIAL_DEFAULTS,
+    Light,
+    LightKind,
+    Material,
+    MaterialModel,
+    Mesh,
+    ShapeKind,
+    Shapes,
+    local_bounds,
+)
 
 SIZE = 100.0  # that scenes are brought to: POV-Ray's tolerances are 1e-3 and 1e-4, at size 10 they decide shadows
 AFAR = 1e5  # distance of parallel lights
@@ -107,13 +117,9 @@ class Export:
         for row, mesh_row in enumerate(scene.instances.mesh):
             path = scene.prims[scene.instances.prim[row]]
             mesh = scene.meshes[mesh_row]
-            if not isinstance(mesh, Mesh):
-                self._tell(path, "a shape that is no mesh is left out")
-                continue
             if scene.instances.primvars:
                 self._tell(path, "primvars of instances are left out")
-            slots = np.zeros(len(mesh.triangles), int) if mesh.material_slots is None else mesh.material_slots
-            for slot in np.unique(slots):
+            for slot, body in self._parts(mesh, scene.instances.world_from_local[row], path):
                 index = scene.instances.material_table[scene.instances.material_offset[row] + slot]
                 material = scene.materials[index]
                 reasons = odd_material(material)
@@ -121,7 +127,6 @@ class Export:
                     told.add(material.path)
                     for reason in reasons:
                         self._tell(material.path, reason)
-                body = self._mesh(mesh, scene.instances.world_from_local[row], slots == slot)
                 texture, is_glass = finish(material)
                 if not is_glass:
                     yield f"{body}\n{texture}}}"
@@ -130,13 +135,37 @@ class Export:
                 yield f"{body}\n{texture} interior{{ior {ior:.9g}}}{'' if self._transmit else ' no_shadow'}}}"
                 if not self._transmit:
                     yield f"{body}\ntexture{{pigment{{color rgb 0}}}} no_image no_reflection}}"
-                world = mesh.points @ scene.instances.world_from_local[row][:3, :3].T
-                world += scene.instances.world_from_local[row][:3, 3]
-                boxes.append((path, world.min(axis=0), world.max(axis=0)))
+                boxes.append((path, *placed_bounds(mesh, scene.instances.world_from_local[row])))
         for k, (path, low, high) in enumerate(boxes):
             for other, other_low, other_high in boxes[:k]:
                 if path != other and (low <= other_high).all() and (other_low <= high).all():
                     self._tell(path, f"glass that may touch {other}: POV-Ray bends rays by the indices of both")
+
+    def _parts(self, mesh: Mesh | Shapes, matrix: np.ndarray, path: str) -> Iterator[tuple[int, str]]:
+        """Yield what is placed, by material slot, each without the closing brace."""
+        if isinstance(mesh, Mesh):
+            slots = np.zeros(len(mesh.triangles), int) if mesh.material_slots is None else mesh.material_slots
+            for slot in np.unique(slots):
+                yield slot, self._mesh(mesh, matrix, slots == slot)
+        elif mesh.kind in (ShapeKind.SPHERE, ShapeKind.FRUSTUM) and mesh.caps[0] == mesh.caps[1]:
+            yield 0, self._shapes(mesh, matrix)
+        else:
+            self._tell(path, "a shape that is no mesh, sphere or cone is left out")
+
+    def _shapes(self, shapes: Shapes, matrix: np.ndarray) -> str:
+        """Return the beginning of a union of spheres or cones, placed, without the closing brace."""
+        words = []
+        for points, radii in zip(shapes.points.tolist(), shapes.radii.tolist(), strict=True):
+            ends = ", ".join(f"{vector(point)}, {radius:.9g}" for point, radius in zip(points, radii, strict=True))
+            words.append(
+                f"sphere{{{ends}}}"
+                if shapes.kind == ShapeKind.SPHERE
+                else f"cone{{{ends}{'' if shapes.caps[0] else ' open'}}}"
+            )
+        # POV-Ray's vectors are rows.
+        placed = ",".join(f"{value:.9g}" for value in (matrix[:3] * self._scale).T.reshape(-1))
+        inside = " inverse" if shapes.is_inside_out else ""
+        return f"union{{{chr(10).join(words)} matrix <{placed}>{inside}"
 
     def _mesh(self, mesh: Mesh, matrix: np.ndarray, chosen: np.ndarray) -> str:
         """Return the beginning of a mesh2 of some triangles, in world space, without the closing brace."""
@@ -158,6 +187,16 @@ class Export:
         line = f"{path}: {reason}"
         if line not in self.unsupported:
             self.unsupported.append(line)
+
+
+def placed_bounds(mesh: Mesh | Shapes, matrix: np.ndarray) -> np.ndarray:
+    """Return the world box of a mesh, or the one about that of shapes: shape [2, 3]."""
+    corners = mesh.points
+    if isinstance(mesh, Shapes):
+        pick = np.array([[k >> axis & 1 for axis in range(3)] for k in range(8)])
+        corners = np.take_along_axis(local_bounds(mesh), pick, axis=0)
+    world = corners @ matrix[:3, :3].T + matrix[:3, 3]
+    return np.array([world.min(axis=0), world.max(axis=0)])
 
 
 def odd_light(light: Light) -> str:

@@ -6,16 +6,17 @@ import warp as wp
 
 from .bvh_stack import push, push_children, stack_code
 from .bvh_structs import AccelData, Stack
-from .bvh_traverse import is_ray_finite, set_ray, transform_ray
-from .constants import LEAVE_INSTANCE, WATERTIGHT
+from .bvh_traverse import is_ray_finite, leaf_test, set_ray, transform_ray
+from .constants import LEAVE_INSTANCE, SHAPE_TEST, WATERTIGHT
 from .intersect_packet import PacketRay, count_triangles, count_triangles_plain, make_packet_ray
+from .intersect_shape import count_shapes
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 
 @wp.func
 def count_hits(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> int:
-    """Return the number of triangles that a ray meets in [0, t_max); arguments as for ``closest_hit``.
+    """Return the number of surfaces that a ray meets in [0, t_max); arguments as for ``closest_hit``.
 
     A ray through an edge or a vertex meets all triangles that share it: the test is watertight, not exclusive.
     """
@@ -26,6 +27,9 @@ def count_hits(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_
     ray = PacketRay()
     set_ray(ray, world_ray)
     instance = int(accel.only_instance)
+    test = int(WATERTIGHT)
+    if instance >= 0:
+        test = leaf_test(accel, instance)
     push(stack, 0, accel.root, 0.0)
     top = int(1)
     while top > 0:
@@ -38,14 +42,17 @@ def count_hits(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_
             if is_ray_finite(local_ray.origin, local_ray.direction):
                 instance = -1 - code
                 set_ray(ray, local_ray)
+                test = leaf_test(accel, instance)
                 push(stack, top, LEAVE_INSTANCE, 0.0)
                 push(stack, top + 1, accel.instances[instance].root, 0.0)
                 top += 2
         elif code == LEAVE_INSTANCE:
             set_ray(ray, world_ray)
             instance = -1
-        elif accel.intersector == WATERTIGHT:
+        elif test == WATERTIGHT:
             count += count_triangles(accel.leaves, -1 - code, ray, t_max)
+        elif test < SHAPE_TEST:
+            count += count_triangles_plain(accel.leaves, -1 - code, test, ray, t_max)
         else:
-            count += count_triangles_plain(accel.leaves, -1 - code, accel.intersector, ray, t_max)
+            count += count_shapes(accel.shapes, -1 - code, test - SHAPE_TEST, ray.origin, ray.direction, t_max)
     return count

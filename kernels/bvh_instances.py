@@ -91,4 +91,4 @@ def write_transforms(
             is_identity = 0
         if z != wp.where(column == 2, 1.0, 0.0):
             is_identity = 0
-    records_out[leaf].is_identity = is_identity
+    records_out[leaf].is_identity = wp.int16(is_identity)

@@ -12,6 +12,12 @@ first; position p stands in bits 4 (p / 2) to 4 (p / 2) + 3 of word 2 o + p % 2.
 
 A leaf packet is 160 words: 9 rows of 16 coordinates (p0.x p0.y p0.z p1.x ... p2.z), then the 16 triangles' indices in
 their mesh as the bits of int32. Lanes without a triangle hold NaN, which fails every comparison, and index -1.
+
+A leaf packet of shapes is 40 words, four lanes of 10: x, y, z and radius of the shape's first control point, the same
+of its second one, the caps of a frustum as the bits of int32 (1 for the first, 2 for the last), and the shape's index
+as the bits of int32. Of a cubic tube, word 0 of the lane is the word at which the four control points of a piece of it
+begin (x, y, z and radius of each), as the bits of int32, words 1 and 2 are the piece's bounds in u. Lanes are filled
+from the first on; those without a shape have index -1.
 """
 
 import warp as wp
@@ -31,8 +37,10 @@ class InstanceRecord:
     """Child code of the mesh's tree: a node, or the mesh's only leaf packet."""
     instance: int
     """Row of ``Scene.instances``."""
-    is_identity: int
+    is_identity: wp.int16
     """1 where local_from_world is the identity: the ray needs no transform."""
+    kind: wp.int16
+    """TRIANGLES, or the kind of the shapes that the packets hold."""
     mesh: int
     """Row of ``Scene.meshes``."""
 
@@ -45,6 +53,8 @@ class AccelData:
     """Wide nodes of all trees, 128 words each."""
     leaves: wp.array[float]
     """Leaf packets of all meshes, 160 words each."""
+    shapes: wp.array[float]
+    """Leaf packets of all sets of shapes, 40 words each, then the pieces of cubic tubes, 16 words each."""
     instances: wp.array[InstanceRecord]
     """In the order of the top-level tree's leaves."""
     root: int
@@ -82,14 +92,18 @@ class Stacks:
 
 @wp.struct
 class Hit:
-    """Where a ray meets a surface. P = (1 - u - v) p0 + u p1 + v p2 = origin + t direction."""
+    """Where a ray meets a surface, P = origin + t direction. On a triangle P = (1 - u - v) p0 + u p1 + v p2.
+
+    On a shape u runs from its first control point (0) to its last (1); v is the part of a frustum that is met, SIDE,
+    FIRST_CAP or LAST_CAP, and 0 on any other shape, as u is on spheres.
+    """
 
     t: float
     """In units of the direction's length, the same in world and local space; t_max for a miss."""
     u: float
     v: float
     triangle: int
-    """Row of the mesh's triangles."""
+    """Row of the mesh's triangles, or of the shapes."""
     instance: int
     """Row of the scene's instances; -1: the ray met nothing."""
 

@@ -6,10 +6,11 @@ import warp as wp
 
 from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Hit, InstanceRecord, Stack
-from .constants import LEAF_FLOATS, LEAF_IDS, LEAVE_INSTANCE, NO_TRIANGLE, WATERTIGHT
+from .constants import LEAF_FLOATS, LEAF_IDS, LEAVE_INSTANCE, NO_TRIANGLE, SHAPE_TEST, TRIANGLES, WATERTIGHT
 from .intersect_packet import PacketRay, intersect_triangles, intersect_triangles_plain, make_packet_ray
+from .intersect_shape import intersect_shapes, packet_shape
 from .observer import Observer, Unobserved, observed
-from .traverse_hooks import tell_node, tell_packet
+from .traverse_hooks import tell_node, tell_packet, tell_shapes
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -20,7 +21,7 @@ def transform_ray(instance: InstanceRecord, ray: PacketRay) -> PacketRay:
 
     The direction is transformed but not normalised again, so that t means the same in both spaces.
     """
-    if instance.is_identity == 1:
+    if int(instance.is_identity) == 1:
         return ray
     o = wp.vec4(ray.origin[0], ray.origin[1], ray.origin[2], 1.0)
     d = wp.vec4(ray.direction[0], ray.direction[1], ray.direction[2], 0.0)
@@ -61,6 +62,15 @@ def triangle_to_skip(accel: wp.ref[AccelData], record: int, instance: int, trian
     return NO_TRIANGLE
 
 
+@wp.func
+def leaf_test(accel: wp.ref[AccelData], record: int) -> int:
+    """Return how a ray is tested against the leaves below an instance record: ``intersector``, or a shape's test."""
+    kind = int(accel.instances[record].kind)
+    if kind == TRIANGLES:
+        return accel.intersector
+    return SHAPE_TEST + kind
+
+
 @observed
 def traverse(
     accel: wp.ref[AccelData],
@@ -90,7 +100,9 @@ def traverse(
     word = int(-1)
     found = int(-1)
     instance = int(accel.only_instance)
+    test = int(WATERTIGHT)
     if instance >= 0:
+        test = leaf_test(accel, instance)
         ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
     push(stack, 0, accel.root, 0.0)
     top = int(1)
@@ -105,6 +117,7 @@ def traverse(
             if is_ray_finite(local_ray.origin, local_ray.direction):
                 instance = -1 - code
                 set_ray(ray, local_ray)
+                test = leaf_test(accel, instance)
                 ray.skip = triangle_to_skip(accel, instance, from_instance, from_triangle)
                 push(stack, top + 1, accel.instances[instance].root, stack.distances[top])
                 push(stack, top, LEAVE_INSTANCE, 0.0)
@@ -113,12 +126,18 @@ def traverse(
             set_ray(ray, world_ray)
             instance = -1
         else:
-            tell_packet(observer, accel.leaves, -1 - code)
             lane = int(-1)
-            if accel.intersector == WATERTIGHT:
+            if test == WATERTIGHT:
+                tell_packet(observer, accel.leaves, -1 - code)
                 lane = intersect_triangles(accel.leaves, -1 - code, ray, hit.t, tuv)
+            elif test < SHAPE_TEST:
+                tell_packet(observer, accel.leaves, -1 - code)
+                lane = intersect_triangles_plain(accel.leaves, -1 - code, test, ray, hit.t, tuv)
             else:
-                lane = intersect_triangles_plain(accel.leaves, -1 - code, accel.intersector, ray, hit.t, tuv)
+                tell_shapes(observer, accel.shapes, -1 - code)
+                lane = intersect_shapes(
+                    accel.shapes, -1 - code, test - SHAPE_TEST, ray.origin, ray.direction, ray.skip, hit.t, tuv
+                )
             if lane >= 0:
                 hit.t = tuv[0]
                 word = (-1 - code) * LEAF_FLOATS + LEAF_IDS + lane
@@ -130,8 +149,12 @@ def traverse(
     if found >= 0:
         hit.u = tuv[1]
         hit.v = tuv[2]
-        hit.triangle = wp.cast(accel.leaves[word], wp.int32)
         hit.instance = accel.instances[found].instance
+        if int(accel.instances[found].kind) == TRIANGLES:
+            hit.triangle = wp.cast(accel.leaves[word], wp.int32)
+        else:
+            leaf = word // LEAF_FLOATS
+            hit.triangle = packet_shape(accel.shapes, leaf, word - leaf * LEAF_FLOATS - LEAF_IDS)
     return hit
 
 

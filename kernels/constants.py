@@ -126,6 +126,51 @@ MOLLER_TRUMBORE = wp.constant(1)
 PLANE_PROJECTION = wp.constant(2)
 """``AccelData.intersector``: the plane equation and the projection on a primary plane, triangle by triangle."""
 
+# --- shapes
+
+TRIANGLES = wp.constant(0)
+"""Kind of a mesh's leaf packets; those of shapes have the numbers of ``scene.ShapeKind``."""
+
+SPHERE = wp.constant(1)
+FRUSTUM = wp.constant(2)
+ROUND_CONE = wp.constant(3)
+LINEAR_TUBE = wp.constant(4)
+CUBIC_TUBE = wp.constant(5)
+
+SHAPE_TEST = wp.constant(8)
+"""What a shape's kind is added to where it stands beside ``AccelData.intersector``, whose numbers are below."""
+
+SHAPE_LANES = wp.constant(4)
+"""Shapes of a leaf packet: they are tested one after the other, so that more would cost more than another node."""
+
+SHAPE_WORDS = wp.constant(10)
+"""float32 words of a shape in a leaf packet."""
+
+SHAPE_ID = wp.constant(9)
+"""Word of those that holds its index."""
+
+SHAPE_FLOATS = wp.constant(40)
+"""float32 words of a leaf packet of shapes."""
+
+PARAMETRIC = wp.constant(-1)
+"""``PrimvarData.row_count`` of a primvar that is the shape's parametrisation."""
+
+TUBE_WORDS = wp.constant(16)
+"""float32 words of a piece of a cubic tube: four control points, each with its radius."""
+
+TUBE_FLATNESS = wp.constant(0.0625)
+"""Second difference of control points, by the radius, below which a piece of a tube counts as straight. The chord is
+then off by less than 5 % of the radius, and t, which errs by the square, by less than 0.1 % of it."""
+
+TUBE_STEPS = wp.constant(3)
+"""Steps of Newton's method for u."""
+
+TUBE_MARGIN = wp.constant(0.0625)
+"""Part of a straight piece of a tube that its neighbours look at too."""
+
+TUBE_DEPTH = wp.constant(8)
+"""Halvings of a tube's piece after which it counts as straight in any case: 2^-16 of the bend that it began with."""
+
 # --- spawned rays
 
 SPAWN_OFFSET = wp.constant(2.0**-19)

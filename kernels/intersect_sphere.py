@@ -18,20 +18,22 @@ def intersect_sphere(origin: wp.vec3, direction: wp.vec3, center: wp.vec3, radiu
     keeps its digits, and no difference of nearly equal roots.
     """
     to_origin = origin - center
-    a = wp.dot(direction, direction)
-    b = -wp.dot(to_origin, direction)
-    if not (a > 0.0):
+    speed = wp.length(direction)
+    if not (speed > 0.0):
         return wp.vec2(wp.inf, -wp.inf)
-    foot = to_origin + (b / a) * direction
+    # By the unit direction, so that no product of four lengths leaves float32's range.
+    d = direction / speed
+    b = -wp.dot(to_origin, d)
+    foot = to_origin + b * d
     discriminant = radius * radius - wp.dot(foot, foot)
     if not (discriminant >= 0.0):
         return wp.vec2(wp.inf, -wp.inf)
     c = wp.dot(to_origin, to_origin) - radius * radius
-    q = b + wp.where(b < 0.0, -1.0, 1.0) * wp.sqrt(a * discriminant)
+    q = b + wp.where(b < 0.0, -1.0, 1.0) * wp.sqrt(discriminant)
     if q == 0.0:
         return wp.vec2(0.0, 0.0)
-    t0 = c / q
-    t1 = q / a
+    t0 = c / q / speed
+    t1 = q / speed
     return wp.vec2(wp.min(t0, t1), wp.max(t0, t1))
 
 

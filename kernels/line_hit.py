@@ -10,6 +10,7 @@ above what float32 rounds. So the search says which triangle is hit, and where o
 import warp as wp
 
 from .bvh_structs import Hit
+from .constants import TRIANGLES
 from .structs import SceneData
 from .surface import max_abs, transform_vector, triangle_corners
 
@@ -20,7 +21,7 @@ def correct_hit(scene: wp.ref[SceneData], hit: wp.ref[Hit], offset: wp.vec3, dir
 
     The ray o + t d hits the plane of normal n; from o - offset it does so at t + (n . offset) / (n . d). What would
     leave the triangle is stopped at its rim: the search has decided which one it is. Where the shift is no small part
-    of the way, surfaces touch or the ray grazes, and the search is believed.
+    of the way, surfaces touch or the ray grazes, and the search is believed. On shapes ``make_surface`` does the same.
 
     Args:
         scene: Shading data.
@@ -29,6 +30,8 @@ def correct_hit(scene: wp.ref[SceneData], hit: wp.ref[Hit], offset: wp.vec3, dir
         direction: Of the ray, unit, world space.
     """
     placed = scene.instances[hit.instance]
+    if scene.meshes[placed.mesh].kind != TRIANGLES:
+        return
     p0, p1, p2 = triangle_corners(scene, placed.mesh, hit.triangle)
     e1 = p1 - p0
     e2 = p2 - p0

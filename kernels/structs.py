@@ -10,10 +10,12 @@ mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)
 
 @wp.struct
 class MeshData:
-    """Where one mesh's data begin in the scene's shared arrays."""
+    """Where the data of one mesh, or of one set of shapes, begin in the scene's shared arrays."""
 
+    kind: wp.int32
+    """TRIANGLES, or the kind of its shapes."""
     point_offset: wp.int32
-    """First of its vertices in ``SceneData.points``."""
+    """First of its vertices in ``SceneData.points``, or of its control points in ``SceneData.controls``."""
     triangle_offset: wp.int32
     """First of its triangles in ``SceneData.corners``, whose entries are relative to ``point_offset``."""
     slot_offset: wp.int32
@@ -22,18 +24,22 @@ class MeshData:
     """First of its face ids in ``SceneData.face_ids``; -1: a triangle's own index."""
     is_closed: wp.int32
     """1 where the surface bounds a volume."""
+    outward: wp.float32
+    """-1 where shapes are inside out, else 1: the factor of their outward normals."""
 
 
 @wp.struct
 class PrimvarData:
-    """One primvar of one mesh."""
+    """One primvar of one mesh, or of one set of shapes."""
 
     component_count: wp.int32
     """1 to 4; 0: the mesh has no such primvar."""
     value_offset: wp.int32
     """First component of row 0 in ``SceneData.primvar_values``."""
     corner_offset: wp.int32
-    """First triangle's rows in ``SceneData.corners``; -1: constant, row 0."""
+    """First triangle's rows in ``SceneData.corners``; -1: constant, row 0. Of shapes always -1."""
+    row_count: wp.int32
+    """Of shapes: 1, 2 or 4 rows of Bernstein coefficients each, or PARAMETRIC; 0: constant."""
 
 
 @wp.struct
@@ -153,6 +159,8 @@ class SceneData:
     """Everything that shading reads, as one argument."""
 
     points: wp.array[wp.vec3]
+    controls: wp.array[wp.vec4]
+    """Control points of shapes, each with its radius."""
     corners: wp.array[wp.vec3i]
     """Vertex indices of triangles, and rows of primvars at triangle corners."""
     meshes: wp.array[MeshData]

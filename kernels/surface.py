@@ -6,8 +6,9 @@ import warp as wp
 
 from .bounds import widest_axis
 from .bvh_structs import Hit
-from .constants import GREAT_TRIANGLE, RIM, SPAWN_OFFSET, SPAWN_OFFSET_MIN
-from .structs import InstanceData, SceneData, mat34
+from .constants import CUBIC_TUBE, GREAT_TRIANGLE, PARAMETRIC, RIM, SPAWN_OFFSET, SPAWN_OFFSET_MIN, SPHERE, TRIANGLES
+from .shape_surface import point_on_shape, shape_axis, shape_st
+from .structs import InstanceData, MeshData, PrimvarData, SceneData, mat34
 from .vector import face_forward
 
 NORMALS_SLOT = wp.constant(0)
@@ -19,15 +20,17 @@ class Surface:
 
     position: wp.vec3
     n_geometric: wp.vec3
-    """Unit, outward: the side that counter-clockwise triangles face, under mirroring transforms too."""
+    """Unit, outward: the side that counter-clockwise triangles face, under mirroring transforms too; of shapes, the
+    outside, or the inside of those that are inside out."""
     n_shading: wp.vec3
     """Unit, interpolated, on whichever side the mesh's normals are."""
     clearance: wp.float32
     """Distance from the surface at which spawned rays start, but for those at the triangle's rim."""
     u: wp.float32
+    """As in ``Hit``."""
     v: wp.float32
     triangle: wp.int32
-    """Index within the mesh."""
+    """Index within the mesh or the set of shapes."""
     instance: wp.int32
     mesh: wp.int32
     material: wp.int32
@@ -110,6 +113,30 @@ def primvar_corner(scene: wp.ref[SceneData], mesh: int, slot: int, triangle: int
 
 
 @wp.func
+def eval_along_shape(scene: wp.ref[SceneData], surface: wp.ref[Surface], primvar: PrimvarData) -> wp.vec4:
+    """Return a primvar that varies over a set of shapes: its Bernstein polynomial at the surface's u."""
+    mesh = scene.meshes[surface.mesh]
+    count = primvar.row_count
+    if count == PARAMETRIC:
+        placed = scene.instances[surface.instance]
+        p = transform_point(placed.local_from_world, surface.position)
+        st = shape_st(scene.controls, first_control(mesh, surface.triangle), mesh.kind, p)
+        return wp.vec4(st[0], st[1], 0.0, 0.0)
+    first = surface.triangle * count
+    v0 = primvar_row(scene, primvar.value_offset, primvar.component_count, first)
+    if count == 1:
+        return v0
+    u = surface.u
+    w = 1.0 - u
+    v1 = primvar_row(scene, primvar.value_offset, primvar.component_count, first + 1)
+    if count == 2:
+        return v0 * w + v1 * u
+    v2 = primvar_row(scene, primvar.value_offset, primvar.component_count, first + 2)
+    v3 = primvar_row(scene, primvar.value_offset, primvar.component_count, first + 3)
+    return v0 * (w * w * w) + v1 * (3.0 * w * w * u) + v2 * (3.0 * w * u * u) + v3 * (u * u * u)
+
+
+@wp.func
 def eval_primvar(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, fallback: wp.vec4) -> wp.vec4:
     """Return a primvar at a surface point: the instance's value, else the mesh's, else ``fallback``."""
     if scene.instance_primvars.shape[1] > 0:
@@ -120,6 +147,8 @@ def eval_primvar(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, 
     if primvar.component_count == 0:
         return fallback
     if primvar.corner_offset < 0:
+        if primvar.row_count != 0:
+            return eval_along_shape(scene, surface, primvar)
         return primvar_row(scene, primvar.value_offset, primvar.component_count, 0)
     rows = scene.corners[primvar.corner_offset + surface.triangle]
     v0 = primvar_row(scene, primvar.value_offset, primvar.component_count, rows[0])
@@ -135,6 +164,17 @@ def element_of(scene: wp.ref[SceneData], surface: wp.ref[Surface]) -> int:
     if face_offset >= 0:
         return scene.face_ids[face_offset + surface.triangle]
     return surface.triangle
+
+
+@wp.func
+def first_control(mesh: MeshData, shape: int) -> int:
+    """Return where the control points of a shape begin in ``SceneData.controls``."""
+    count = int(2)
+    if mesh.kind == SPHERE:
+        count = 1
+    if mesh.kind == CUBIC_TUBE:
+        count = 4
+    return mesh.point_offset + shape * count
 
 
 @wp.func
@@ -180,7 +220,7 @@ def spawn_clearance(
 
 @wp.func
 def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3, ray_direction: wp.vec3) -> Surface:
-    """Return the surface point where a ray, in world space, hits a triangle of an instance."""
+    """Return the surface point where a ray, in world space, hits a triangle, or a shape, of an instance."""
     placed = scene.instances[hit.instance]
     mesh = scene.meshes[placed.mesh]
     u = hit.u
@@ -196,6 +236,9 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     if mesh.slot_offset >= 0:
         slot = scene.material_slots[mesh.slot_offset + hit.triangle]
     s.material = scene.material_table[placed.material_offset + slot]
+    if mesh.kind != TRIANGLES:
+        place_on_shape(scene, placed, mesh, hit.t, ray_origin, ray_direction, s)
+        return s
 
     p0, p1, p2 = triangle_corners(scene, placed.mesh, hit.triangle)
     n_local = triangle_normal(p0, p1, p2)
@@ -231,6 +274,40 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
 
 
 @wp.func
+def place_on_shape(
+    scene: wp.ref[SceneData],
+    placed: wp.ref[InstanceData],
+    mesh: wp.ref[MeshData],
+    t: float,
+    ray_origin: wp.vec3,
+    ray_direction: wp.vec3,
+    s: wp.ref[Surface],
+):
+    """Complete a surface point that lies on a shape: its position, normals, clearance and u."""
+    origin = transform_point(placed.local_from_world, ray_origin)
+    direction = transform_vector(placed.local_from_world, ray_direction)
+    along_ray = origin + t * direction
+    first = first_control(mesh, s.triangle)
+    point = point_on_shape(scene.controls, first, mesh.kind, int(s.v), s.u, along_ray)
+    # A step along the ray to the surface, where t is of a ray that was searched from beside this one, or rounded. It is
+    # left out where it is no small part of the way: surfaces touch there, or the ray grazes.
+    facing = wp.dot(point.normal, direction)
+    off = wp.dot(point.normal, point.position - along_ray)
+    if wp.abs(off) < 0.5 * t * wp.abs(facing):
+        along_ray += direction * (off / facing)
+        point = point_on_shape(scene.controls, first, mesh.kind, int(s.v), point.u, along_ray)
+    s.u = point.u
+    s.position = transform_point(placed.world_from_local, point.position)
+    n_world = transform_normal(placed.local_from_world, point.normal)
+    # Planes that are 1 apart in the shape's space are this far apart in the world.
+    plane_scale = 1.0 / wp.max(wp.length(n_world), 1.0e-30)
+    s.n_geometric = n_world * (plane_scale * mesh.outward)
+    s.n_shading = s.n_geometric
+    sums = wp.vec3(point.magnitude, point.magnitude, point.magnitude)
+    s.clearance = plane_scale * spawn_clearance(placed, point.normal, sums, s.position, point.magnitude)
+
+
+@wp.func
 def eval_normals(scene: wp.ref[SceneData], mesh: int, triangle: int, u: float, v: float) -> wp.vec3:
     """Return the interpolated normal of a mesh that has normals, local space, not unit."""
     n0 = primvar_corner(scene, mesh, NORMALS_SLOT, triangle, 0)
@@ -248,10 +325,19 @@ def surface_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: i
     Reference: Lengyel (2001), Computing Tangent Space Basis Vectors for an Arbitrary Mesh; per triangle here.
     """
     zero = wp.vec3(0.0, 0.0, 0.0)
+    mesh = scene.meshes[surface.mesh]
     primvar = scene.primvars[surface.mesh * scene.primvar_count + slot]
+    placed = scene.instances[surface.instance]
+    if primvar.row_count == PARAMETRIC:
+        first = first_control(mesh, surface.triangle)
+        axis = shape_axis(scene.controls, first, mesh.kind)
+        start = scene.controls[first]
+        p = transform_point(placed.local_from_world, surface.position) - wp.vec3(start[0], start[1], start[2])
+        turning = wp.cross(axis, p)
+        rising = wp.cross(transform_normal(placed.world_from_local, surface.n_geometric) * mesh.outward, turning)
+        return transform_vector(placed.world_from_local, turning), transform_vector(placed.world_from_local, rising)
     if primvar.component_count < 2 or primvar.corner_offset < 0:
         return zero, zero
-    placed = scene.instances[surface.instance]
     p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
     e1 = transform_vector(placed.world_from_local, p1 - p0)
     e2 = transform_vector(placed.world_from_local, p2 - p0)
@@ -269,15 +355,17 @@ def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: 
     """Return where a ray that leaves the surface along ``direction`` starts, so that it does not meet it again.
 
     The position is moved along the geometric normal, to the side of the direction, by ``Surface.clearance``. The
-    triangle itself is skipped by the ray. At its rim a neighbour can be as near, and is not: there the error of the
-    test's t counts too, which is a mean of the corners along the ray's main axis, by how steeply the ray leaves.
+    triangle itself is skipped by the ray; a convex shape is met again only where the ray leaves it. At its rim, a
+    triangle's neighbour can be as near, and is not: there the error of the test's t counts too, which is a mean of the
+    corners along the ray's main axis, by how steeply the ray leaves.
 
     Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections 6.8.5 and 6.8.6; Wächter and
     Binder (2019), A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems, chapter 6. Differs: bounds
     of both errors together, in the mesh's space, so that instance transforms and triangles of any size are covered.
     """
     offset = surface.clearance
-    if wp.min(wp.min(surface.u, surface.v), 1.0 - surface.u - surface.v) < RIM:
+    is_rim = wp.min(wp.min(surface.u, surface.v), 1.0 - surface.u - surface.v) < RIM
+    if is_rim and scene.meshes[surface.mesh].kind == TRIANGLES:
         placed = scene.instances[surface.instance]
         p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
         local = transform_vector(placed.local_from_world, direction)

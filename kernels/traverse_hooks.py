@@ -5,6 +5,7 @@
 import warp as wp
 
 from .intersect_packet import packet_triangle_count
+from .intersect_shape import packet_shape_count
 from .observer import CostCounter, Observer, observed
 
 
@@ -30,3 +31,15 @@ def tell_packet(observer: Observer, leaves: wp.array[float], leaf: int):
 def tell_packet(observer: wp.ref[CostCounter], leaves: wp.array[float], leaf: int):
     """Count the triangles."""
     observer.triangles += packet_triangle_count(leaves, leaf)
+
+
+@observed
+def tell_shapes(observer: Observer, shapes: wp.array[float], leaf: int):
+    """The shapes of a leaf packet are tested."""
+    pass
+
+
+@wp.func
+def tell_shapes(observer: wp.ref[CostCounter], shapes: wp.array[float], leaf: int):
+    """Count them with the triangles."""
+    observer.triangles += packet_shape_count(shapes, leaf)

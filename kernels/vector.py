@@ -20,6 +20,18 @@ def face_forward(normal: wp.vec3, toward: wp.vec3) -> wp.vec3:
 
 
 @wp.func
+def perpendicular_frame(z: wp.vec3):
+    """Return two unit vectors, x and y of a right-handed frame whose z is given, unit; x and y themselves for +z.
+
+    Reference: Duff et al. (2017), Building an Orthonormal Basis, Revisited, JCGT 6(1).
+    """
+    sign = wp.where(z[2] >= 0.0, 1.0, -1.0)
+    a = -1.0 / (sign + z[2])
+    b = z[0] * z[1] * a
+    return wp.vec3(1.0 + sign * z[0] * z[0] * a, sign * b, -sign * z[0]), wp.vec3(b, sign + z[1] * z[1] * a, -z[1])
+
+
+@wp.func
 def reflect(direction: wp.vec3, normal: wp.vec3) -> wp.vec3:
     """Return the mirror direction of unit ``direction``, travelling towards the surface, about unit ``normal``.
 

@@ -14,12 +14,13 @@ from warp_rt.collapse import Forest, Layout
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.forest import build_forest, list_leaf_primitives, refer_to_instances
 from warp_rt.jobs import as_warp
-from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, constants
+from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, constants, shape_pack
 from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
 from warp_rt.mesh_trees import MeshTrees, build_mesh_trees, has_same_triangles, refit_mesh_trees
 from warp_rt.options import BUILDERS, INTERSECTORS
 from warp_rt.placement import Placement, place_scene
-from warp_rt.scene import Scene
+from warp_rt.scene import Mesh, Scene, Shapes, primitive_count
+from warp_rt.shape_trees import build_shape_trees
 from warp_rt.warp_setup import init_warp, load_module, resolve_device
 from warp_rt.workers import Workers
 
@@ -39,7 +40,7 @@ class BvhStatistics:
     nodes: int
     """Nodes of up to sixteen children, both levels."""
     leaves: int
-    """Packets of up to sixteen triangles."""
+    """Packets of up to sixteen triangles, or of up to four shapes."""
     depth: int
     """Levels of nodes on the longest way down, both levels."""
     sah_cost: float
@@ -105,22 +106,23 @@ def build_accel(
     workers = _prepare(threads)
     device = resolve_device(device)
     placement = place_scene(scene)
-    if not _has_triangles(scene):
+    if not _has_primitives(scene):
         return _upload_bvh(_empty(bvh), scene, placement, device, intersector)
-    trees = build_mesh_trees(scene, placement, bvh, workers)
+    has_triangles = any(isinstance(mesh, Mesh) and len(mesh.triangles) for mesh in scene.meshes)
+    trees = build_mesh_trees(scene, placement, bvh, workers) if has_triangles else None
     return _upload_bvh(_place(trees, scene, placement, bvh, workers), scene, placement, device, intersector)
 
 
 def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Accel:
     """Return the hierarchy of a scene whose triangles another one was built over, such as the frame before.
 
-    Each mesh keeps its tree, whose boxes are made anew from the leaves up: a fifth of the time of building. The tree
-    over the instances is built. Hits are those of a hierarchy that is built; rays meet more boxes the farther points
-    have moved apart, which ``statistics.sah_cost`` tells beside ``statistics.built_cost``.
+    Each mesh keeps its tree, whose boxes are made anew from the leaves up: a fifth of the time of building. Trees over
+    shapes and over the instances are built. Hits are those of a hierarchy that is built; rays meet more boxes the
+    farther points have moved apart, which ``statistics.sah_cost`` tells beside ``statistics.built_cost``.
 
     Args:
         accel: The other hierarchy, which stays as it is.
-        scene: Any points and instances, but the triangles of ``accel.scene``.
+        scene: Any points, shapes and instances, but the triangles of ``accel.scene``.
         threads: CPU threads; None: one a core. Their number does not change the result.
 
     Raises:
@@ -133,7 +135,7 @@ def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Ac
         raise SceneError("a hierarchy can be refitted to a scene with the same triangles only")
     workers = _prepare(threads)
     builder, intersector = accel.statistics.builder, _NAMES[accel.data.intersector]
-    if accel.layout is None or not _has_triangles(scene):
+    if accel.layout is None or not _has_primitives(scene):
         return build_accel(scene, device=accel.device, bvh=builder, intersector=intersector, threads=threads)
     placement = place_scene(scene)
     nodes, leaves = accel.data.nodes.numpy(), accel.data.leaves.numpy()
@@ -143,9 +145,9 @@ def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Ac
     return _upload_bvh(host, scene, placement, accel.device, intersector)
 
 
-def _has_triangles(scene: Scene) -> bool:
-    """Return whether any triangle is placed."""
-    counts = np.array([len(mesh.triangles) for mesh in scene.meshes], int)
+def _has_primitives(scene: Scene) -> bool:
+    """Return whether any triangle or shape is placed."""
+    counts = np.array([primitive_count(mesh) for mesh in scene.meshes], int)
     return bool((counts[scene.instances.mesh] > 0).any())
 
 
@@ -154,7 +156,7 @@ def _prepare(threads: int | None) -> Workers:
     if threads is not None and threads < 1:
         raise OptionError(f"threads: {threads} is less than 1")
     init_warp()
-    for module in (bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit):
+    for module in (bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, shape_pack):
         load_module(module, "cpu")
     return Workers(threads)
 
@@ -164,6 +166,7 @@ def _upload_bvh(host: _HostBvh, scene: Scene, placement: Placement, device: str,
     data = AccelData()
     data.nodes = _upload(host.nodes, wp.float32, device)
     data.leaves = _upload(host.leaves, wp.float32, device)
+    data.shapes = _upload(host.shapes, wp.float32, device)
     data.instances = _upload(host.instances, InstanceRecord, device)
     data.root = host.root
     data.only_instance = -1
@@ -201,6 +204,7 @@ class _HostBvh:
 
     nodes: np.ndarray
     leaves: np.ndarray
+    shapes: np.ndarray
     instances: np.ndarray
     root: int
     stack_size: int
@@ -208,14 +212,78 @@ class _HostBvh:
     layout: Layout | None
 
 
-def _place(trees: MeshTrees, scene: Scene, placement: Placement, builder: str, workers: Workers) -> _HostBvh:
-    """Return both levels: the meshes' trees and one over the instances, of which there is at least one."""
+@dataclass(frozen=True)
+class _Trees:
+    """The lower level: trees over triangles, then those over shapes, one a row of the scene's meshes not empty."""
+
+    meshes: np.ndarray
+    """int, shape [tree_count], row of ``Scene.meshes``."""
+    kinds: np.ndarray
+    """int16, shape [tree_count], TRIANGLES or a ``ShapeKind``."""
+    boxes: np.ndarray
+    """float32, shape [tree_count, 2, 3], local space."""
+    roots: np.ndarray
+    """int32, shape [tree_count], child codes."""
+    depths: np.ndarray
+    """int32, shape [tree_count], levels of wide nodes."""
+    stack_sizes: np.ndarray
+    """int32, shape [tree_count], entries that a traversal can leave on its stack at once, whatever the ray."""
+    costs: np.ndarray
+    """float32, shape [tree_count], half area of all nodes and leaves."""
+    nodes: np.ndarray
+    """float32: wide nodes."""
+    leaf_count: int
+    leaves: np.ndarray
+    """float32: packets of triangles."""
+    shapes: np.ndarray
+    """float32: packets of shapes, then pieces of cubic tubes."""
+
+
+def _with_shapes(trees: MeshTrees | None, scene: Scene, placement: Placement, builder: str, workers: Workers) -> _Trees:
+    """Return the lower level: trees over meshes (None: there are none) and new ones over shapes."""
+    rows = np.array([k for k, one in enumerate(scene.meshes) if isinstance(one, Shapes) and len(one.points)], int)
+    sets = [one for one in (scene.meshes[row] for row in rows) if isinstance(one, Shapes)]
+    of_shapes = None
+    if sets:
+        node_offset = 0 if trees is None else len(trees.nodes) // constants.NODE_FLOATS
+        of_shapes = build_shape_trees(
+            sets, placement.mesh_origins[rows], builder=builder, workers=workers, node_offset=node_offset
+        )
+    nothing = np.zeros(0, np.float32)
+    parts: list[tuple[Any, Layout, np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
+    if trees is not None:
+        no_kinds = np.zeros(len(trees.meshes), np.int16)
+        parts.append((trees.meshes, trees.layout, no_kinds, trees.boxes, trees.costs, trees.nodes))
+    if of_shapes is not None:
+        forest, kinds = of_shapes.forest, np.array([one.kind for one in sets], np.int16)
+        parts.append((rows, forest.layout, kinds, of_shapes.boxes, forest.costs, forest.nodes))
+    meshes, layouts, all_kinds, boxes, costs, nodes = zip(*parts, strict=True)
+    return _Trees(
+        meshes=np.concatenate(meshes),
+        kinds=np.concatenate(all_kinds),
+        boxes=np.concatenate(boxes),
+        roots=np.concatenate([layout.roots for layout in layouts]),
+        depths=np.concatenate([layout.depths for layout in layouts]),
+        stack_sizes=np.concatenate([layout.stack_sizes for layout in layouts]),
+        costs=np.concatenate(costs),
+        nodes=nodes[0] if len(nodes) == 1 else np.concatenate(nodes),
+        leaf_count=sum(layout.leaf_count for layout in layouts),
+        leaves=nothing if trees is None else trees.leaves,
+        shapes=nothing if of_shapes is None else of_shapes.packets,
+    )
+
+
+def _place(
+    mesh_trees: MeshTrees | None, scene: Scene, placement: Placement, builder: str, workers: Workers
+) -> _HostBvh:
+    """Return both levels: the trees over meshes and shapes, and one over the instances; at least one is placed."""
+    trees = _with_shapes(mesh_trees, scene, placement, builder, workers)
     tree_of_mesh = np.full(len(scene.meshes), -1, np.int32)
     tree_of_mesh[trees.meshes] = np.arange(len(trees.meshes))
     tree = tree_of_mesh[scene.instances.mesh]
     placed = np.flatnonzero(tree >= 0).astype(np.int32)
     tree = tree[placed]
-    roots = trees.layout.roots
+    roots = trees.roots
     world_from_local, local_from_world = placement.world_from_local, placement.local_from_world
     if len(placed) < len(scene.instances):
         world_from_local, local_from_world = world_from_local[placed], local_from_world[placed]
@@ -237,6 +305,7 @@ def _place(trees: MeshTrees, scene: Scene, placement: Placement, builder: str, w
         outputs=[as_warp(instances, InstanceRecord)],
         device="cpu",
     )
+    instances["kind"] = trees.kinds[tree[order]]
     instances["root"] = roots[tree[order]]
     instances["instance"] = placed[order]
     instances["mesh"] = trees.meshes[tree[order]]
@@ -245,16 +314,17 @@ def _place(trees: MeshTrees, scene: Scene, placement: Placement, builder: str, w
     statistics = BvhStatistics(
         builder=builder,
         nodes=len(nodes) // constants.NODE_FLOATS,
-        leaves=trees.layout.leaf_count,
-        depth=int(top.layout.depths[0] + trees.layout.depths[tree].max()),
+        leaves=trees.leaf_count,
+        depth=int(top.layout.depths[0] + trees.depths[tree].max()),
         sah_cost=cost,
         built_cost=cost,
-        bytes=nodes.nbytes + trees.leaves.nbytes + instances.nbytes,
+        bytes=nodes.nbytes + trees.leaves.nbytes + trees.shapes.nbytes + instances.nbytes,
     )
     # Besides what the trees leave pending: the child that is visited next, and where an instance is left.
-    stack_size = 2 + int(top.layout.stack_sizes[0] + trees.layout.stack_sizes[tree].max())
+    stack_size = 2 + int(top.layout.stack_sizes[0] + trees.stack_sizes[tree].max())
     root = int(top.layout.roots[0])
-    return _HostBvh(nodes, trees.leaves, instances, root, stack_size, statistics, trees.layout)
+    layout = None if mesh_trees is None else mesh_trees.layout
+    return _HostBvh(nodes, trees.leaves, trees.shapes, instances, root, stack_size, statistics, layout)
 
 
 def _empty(builder: str) -> _HostBvh:
@@ -264,10 +334,11 @@ def _empty(builder: str) -> _HostBvh:
     node[3 * constants.WIDTH : 6 * constants.WIDTH] = -np.inf
     instances = np.zeros(0, InstanceRecord.numpy_dtype())
     statistics = BvhStatistics(builder, nodes=1, leaves=0, depth=1, sah_cost=0.0, built_cost=0.0, bytes=node.nbytes)
-    return _HostBvh(node, np.zeros(0, np.float32), instances, 0, 2, statistics, None)
+    nothing = np.zeros(0, np.float32)
+    return _HostBvh(node, nothing, nothing, instances, 0, 2, statistics, None)
 
 
-def _sah_cost(top: Forest, trees: MeshTrees, low: np.ndarray, high: np.ndarray, tree: np.ndarray) -> float:
+def _sah_cost(top: Forest, trees: _Trees, low: np.ndarray, high: np.ndarray, tree: np.ndarray) -> float:
     """Return the expected number of visits: those of the upper level, and a mesh's wherever an instance is entered."""
     world = _half_area(low.min(axis=0), high.max(axis=0))
     mesh = _half_area(trees.boxes[:, 0], trees.boxes[:, 1])

@@ -14,10 +14,11 @@ import warp as wp
 from warp_rt.device_lights import light_record, unit_axes
 from warp_rt.dome import irradiance_map
 from warp_rt.kernels import structs
+from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.placement import Placement, place_scene, relative_points
-from warp_rt.scene import MATERIAL_DEFAULTS, Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene
+from warp_rt.scene import MATERIAL_DEFAULTS, Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene, Shapes
 from warp_rt.srgb import linear_from_srgb
 
 _INPUT_ROWS = {MaterialModel.WHITTED: WHITTED_INPUTS, MaterialModel.PREVIEW: PREVIEW_INPUTS}
@@ -102,22 +103,33 @@ def _primvar_slots(scene: Scene) -> dict[str, int]:
     return {name: slot for slot, name in enumerate(names)}
 
 
-def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], placement: Placement, slots: dict[str, int]) -> None:
-    points, corners, values, material_slots, face_ids = [], [], [], [], []
+def _pack_meshes(
+    data: Any, pack: _Packer, meshes: Sequence[Mesh | Shapes], placement: Placement, slots: dict[str, int]
+) -> None:
+    points, controls, corners, values, material_slots, face_ids = [], [], [], [], [], []
     mesh_table = np.zeros(len(meshes), structs.MeshData.numpy_dtype())
     primvar_table = np.zeros((len(meshes), len(slots)), structs.PrimvarData.numpy_dtype())
-    point_count = corner_count = value_count = slot_count = face_count = 0
+    point_count = control_count = corner_count = value_count = slot_count = face_count = 0
     for record, primvars, mesh, origin in zip(mesh_table, primvar_table, meshes, placement.mesh_origins, strict=True):
         triangle_offset = corner_count
-        record["point_offset"] = point_count
-        record["triangle_offset"] = triangle_offset
         record["is_closed"] = mesh.is_closed
-        points.append(relative_points(mesh.points, origin))
-        corners.append(mesh.triangles)
-        point_count += len(mesh.points)
-        corner_count += len(mesh.triangles)
+        record["outward"] = 1.0
+        if isinstance(mesh, Shapes):
+            record["kind"] = mesh.kind
+            record["outward"] = -1.0 if mesh.is_inside_out else 1.0
+            record["point_offset"] = control_count
+            balls = np.concatenate([relative_points(mesh.points, origin), mesh.radii[:, :, None]], axis=2)
+            controls.append(balls.reshape(-1, 4))
+            control_count += len(controls[-1])
+        else:
+            record["point_offset"] = point_count
+            record["triangle_offset"] = triangle_offset
+            points.append(relative_points(mesh.points, origin))
+            corners.append(mesh.triangles)
+            point_count += len(mesh.points)
+            corner_count += len(mesh.triangles)
         record["slot_offset"] = record["face_offset"] = -1
-        if mesh.material_slots is not None:
+        if isinstance(mesh, Mesh) and mesh.material_slots is not None:
             record["slot_offset"] = slot_count
             material_slots.append(mesh.material_slots)
             slot_count += len(mesh.material_slots)
@@ -126,13 +138,20 @@ def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], placement: Pl
             face_ids.append(mesh.face_ids)
             face_count += len(mesh.face_ids)
         for name, slot in slots.items():
-            primvar: Primvar | None = mesh.normals if name == _NORMALS else mesh.primvars.get(name)
+            primvar = _primvar_of(mesh, name)
             if primvar is None:
+                if name == "st" and isinstance(mesh, Shapes) and mesh.has_st:
+                    primvars[slot] = (2, value_count, -1, int(PARAMETRIC))
                 continue
             rows = primvar.values.reshape(len(primvar.values), -1)
-            primvars[slot] = (rows.shape[1], value_count, -1)
+            primvars[slot] = (rows.shape[1], value_count, -1, 0)
+            if isinstance(mesh, Shapes) and primvar.indices is not None:
+                primvars[slot]["row_count"] = primvar.indices.shape[1]
+                rows = rows[primvar.indices.reshape(-1)]
             values.append(rows.reshape(-1))
             value_count += rows.size
+            if isinstance(mesh, Shapes):
+                continue
             if primvar.indices is mesh.triangles:
                 primvars[slot]["corner_offset"] = triangle_offset
             elif primvar.indices is not None:
@@ -140,6 +159,7 @@ def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], placement: Pl
                 corners.append(primvar.indices)
                 corner_count += len(primvar.indices)
     data.points = pack.chunks(points, wp.vec3, (3,), np.float32)
+    data.controls = pack.chunks(controls, wp.vec4, (4,), np.float32)
     data.corners = pack.chunks(corners, wp.vec3i, (3,), np.int32)
     data.primvar_values = pack.chunks(values, wp.float32, (), np.float32)
     data.material_slots = pack.chunks(material_slots, wp.int32, (), np.int32)
@@ -147,6 +167,12 @@ def _pack_meshes(data: Any, pack: _Packer, meshes: Sequence[Mesh], placement: Pl
     data.meshes = pack.array(mesh_table, structs.MeshData)
     data.primvars = pack.array(primvar_table.reshape(-1), structs.PrimvarData)
     data.primvar_count = len(slots)
+
+
+def _primvar_of(mesh: Mesh | Shapes, name: str) -> Primvar | None:
+    if name != _NORMALS:
+        return mesh.primvars.get(name)
+    return mesh.normals if isinstance(mesh, Mesh) else None
 
 
 def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement, slots: dict[str, int]) -> None:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,22 +102,29 @@ def refit_mesh_trees(
 
 def has_same_triangles(scene: Scene, other: Scene) -> bool:
     """Return whether two scenes have the same triangles in the same meshes, and as many points."""
-    return len(scene.meshes) == len(other.meshes) and all(
-        len(a.points) == len(b.points) and (a.triangles is b.triangles or np.array_equal(a.triangles, b.triangles))
-        for a, b in zip(scene.meshes, other.meshes, strict=True)
-    )
+    if len(scene.meshes) != len(other.meshes):
+        return False
+    for a, b in zip(scene.meshes, other.meshes, strict=True):
+        if isinstance(a, Mesh) and isinstance(b, Mesh):
+            if len(a.points) != len(b.points):
+                return False
+            if a.triangles is not b.triangles and not np.array_equal(a.triangles, b.triangles):
+                return False
+        elif isinstance(a, Mesh) or isinstance(b, Mesh):
+            return False
+    return True
 
 
 def _meshes_of(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of the meshes that have triangles, and how many."""
-    counts = np.array([len(mesh.triangles) for mesh in scene.meshes], np.int32)
+    counts = np.array([len(one.triangles) if isinstance(one, Mesh) else 0 for one in scene.meshes], np.int32)
     rows = np.flatnonzero(counts)
     return rows, counts[rows]
 
 
 def _concatenate(scene: Scene, placement: Placement, rows: np.ndarray, counts: np.ndarray) -> tuple[wp.array, wp.array]:
     """Return all meshes' points, relative to their origins, and all their triangles, rows of those points."""
-    meshes: Sequence[Mesh] = [scene.meshes[row] for row in rows]
+    meshes = [mesh for mesh in (scene.meshes[row] for row in rows) if isinstance(mesh, Mesh)]
     origins = placement.mesh_origins[rows]
     points = [relative_points(mesh.points, origin) for mesh, origin in zip(meshes, origins, strict=True)]
     if len(meshes) == 1:

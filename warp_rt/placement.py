@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rt.scene import Scene, point_bounds
+from warp_rt.scene import Mesh, Scene, Shapes, local_bounds, point_bounds
 
 _BLOCK = 4096  # instances at a time: what is computed on the way stays in the cache
 
@@ -34,7 +34,7 @@ class Placement:
 def place_scene(scene: Scene) -> Placement:
     """Return the coordinates that a scene is uploaded in."""
     origin = scene.origin()
-    mesh_origins = np.array([_mesh_origin(mesh.points) for mesh in scene.meshes]).reshape(-1, 3)
+    mesh_origins = np.array([_mesh_origin(mesh) for mesh in scene.meshes]).reshape(-1, 3)
     mesh, matrices = scene.instances.mesh, np.asarray(scene.instances.world_from_local, float).reshape(-1, 4, 4)
     world_from_local, local_from_world = (np.empty((len(mesh), 3, 4)) for _ in range(2))
     for start in range(0, len(mesh), _BLOCK):
@@ -50,17 +50,17 @@ def place_scene(scene: Scene) -> Placement:
 
 
 def relative_points(points: np.ndarray, mesh_origin: np.ndarray) -> np.ndarray:
-    """Return a mesh's points relative to its origin: float32, shape [n, 3]."""
+    """Return a mesh's or shapes' points relative to their origin: float32, of the same shape."""
     if not mesh_origin.any():
         return np.ascontiguousarray(points, np.float32)
     return (points.astype(np.float64) - mesh_origin).astype(np.float32)
 
 
-def _mesh_origin(points: np.ndarray) -> np.ndarray:
+def _mesh_origin(geometry: Mesh | Shapes) -> np.ndarray:
     """Return the local origin, unless points lie beyond 8 times their extent from it; then the centre of their box."""
-    if not len(points):
+    if not len(geometry.points):
         return np.zeros(3)
-    low, high = point_bounds(points)
+    low, high = local_bounds(geometry) if isinstance(geometry, Shapes) else point_bounds(geometry.points)
     center = (low + high) / 2
     if np.abs(center).max() <= 8 * np.linalg.norm(high - low):
         return np.zeros(3)

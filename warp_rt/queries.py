@@ -204,7 +204,8 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
     if rays.count == 0:
         return
     is_cpu = accel.device == "cpu"
-    group_kernel = _GROUP_KERNELS.get(kernel) if is_cpu and accel.data.intersector == constants.WATERTIGHT else None
+    is_grouped = is_cpu and accel.data.intersector == constants.WATERTIGHT and not accel.data.shapes.size
+    group_kernel = _GROUP_KERNELS.get(kernel) if is_grouped else None
     load_module(query if group_kernel is None else query_group, accel.device)
     workers = Workers(threads if is_cpu else 1)
     tile = _cpu_tile(rays.count, workers.count) if is_cpu else _GPU_TILE

@@ -24,13 +24,16 @@ from warp_rt.report import Diagnostic
 
 @dataclass(frozen=True)
 class Primvar:
-    """Values over a mesh, looked up by triangle corner. Every USD interpolation fits: see ``indices``."""
+    """Values over a mesh, looked up by triangle corner, or along shapes. Every USD interpolation fits: ``indices``."""
 
     values: np.ndarray
     """float32, shape [k, c] with c = 1 to 4 components, k >= 1."""
     indices: np.ndarray | None = None
-    """int32, shape [triangle_count, 3], row of ``values`` at each corner; None: constant, row 0 everywhere.
-    Vertex interpolation shares ``Mesh.triangles``, uniform repeats one row thrice."""
+    """Rows of ``values``, int32; None: constant, row 0 everywhere.
+
+    Of a mesh: shape [triangle_count, 3], one row a corner; vertex interpolation shares ``Mesh.triangles``, uniform
+    repeats one row thrice. Of shapes: shape [shape_count, r], the r = 1, 2 or 4 Bernstein coefficients of a polynomial
+    in the shape's u: r = 1 is uniform, 2 is linear from end to end, 4 follows a cubic curve."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,62 @@ class Mesh:
     """Whether the surface bounds a volume (every edge used once each way): only then does refraction bend rays."""
 
 
+class ShapeKind(IntEnum):
+    """Curved primitives that rays meet exactly, without triangles."""
+
+    SPHERE = 1
+    """About one point."""
+    FRUSTUM = 2
+    """A truncated cone about the line between two points, each the centre of a circle; a cylinder, a cone."""
+    ROUND_CONE = 3
+    """What a ball sweeps on its way between two points, its radius changing linearly; a capsule."""
+    LINEAR_TUBE = 4
+    """A segment of a curve: a round cone that rays meet from outside only, so that its joints do not show."""
+    CUBIC_TUBE = 5
+    """What a ball sweeps along a cubic Bezier curve, its radius a cubic too; met from outside only."""
+
+
+SHAPE_POINTS: Mapping[ShapeKind, int] = {
+    ShapeKind.SPHERE: 1,
+    ShapeKind.FRUSTUM: 2,
+    ShapeKind.ROUND_CONE: 2,
+    ShapeKind.LINEAR_TUBE: 2,
+    ShapeKind.CUBIC_TUBE: 4,
+}
+"""Control points of each kind."""
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Curved primitives of one kind in their own space, shared by any number of instances like a ``Mesh``.
+
+    Where a ray meets one, u runs from the first point (0) to the last (1). The primvar ``st`` of a solid that has none
+    of its own is its parametrisation: s the turn about the line from the first to the last point (of a sphere: about
+    z), counter-clockwise from x, t the way along it (of a sphere: the latitude), both from 0 to 1.
+    """
+
+    kind: ShapeKind
+    points: np.ndarray
+    """float32, shape [n, k, 3], k as ``SHAPE_POINTS`` has it, local space."""
+    radii: np.ndarray
+    """float32, shape [n, k], at the points, not negative."""
+    caps: tuple[bool, bool] = (True, True)
+    """Whether disks close frusta at their first and at their last points."""
+    primvars: Mapping[str, Primvar] = field(default_factory=dict)
+    """By name without the ``primvars:`` prefix."""
+    face_ids: np.ndarray | None = None
+    """int32, shape [n], element of the source prim that each was made from; None: its own index."""
+    is_closed: bool = True
+    """Whether each bounds a volume: only then does refraction bend rays."""
+    is_inside_out: bool = False
+    """Whether normals point inwards, as ``orientation`` leftHanded asks for."""
+    has_st: bool = False
+    """Whether the parametrisation stands in for a primvar ``st``; never of tubes."""
+
+
 @dataclass(frozen=True)
 class Instances:
-    """The placed meshes, one row each."""
+    """The placed meshes and sets of shapes, one row each."""
 
     mesh: np.ndarray
     """int32, shape [n], row of ``Scene.meshes``."""
@@ -295,7 +351,7 @@ class Settings:
 class Scene:
     """Everything that a picture needs, and the record of what was left out."""
 
-    meshes: tuple[Mesh, ...]
+    meshes: tuple[Mesh | Shapes, ...]
     instances: Instances
     prims: tuple[str, ...] = ()
     """Path of each primId."""
@@ -322,6 +378,7 @@ class Scene:
         counts = {
             "meshes": len(self.meshes),
             "triangles": self.triangle_count,
+            **({"shapes": self.shape_count} if self.shape_count else {}),
             "instances": len(self.instances),
             "materials": len(self.materials),
             "lights": len(self.lights) + len(self.domes),
@@ -333,13 +390,18 @@ class Scene:
     @property
     def triangle_count(self) -> int:
         """Triangles in memory; instances share theirs."""
-        return sum(len(mesh.triangles) for mesh in self.meshes)
+        return sum(len(mesh.triangles) for mesh in self.meshes if isinstance(mesh, Mesh))
+
+    @property
+    def shape_count(self) -> int:
+        """Spheres, cones and segments of curves in memory; instances share theirs."""
+        return sum(len(mesh.points) for mesh in self.meshes if isinstance(mesh, Shapes))
 
     def bounds(self) -> np.ndarray:
         """Return the world-space box of all instances: float64, shape [2, 3]; NaN where there is no geometry."""
         if not len(self.instances):
             return np.full((2, 3), np.nan)
-        local = np.array([_mesh_bounds(mesh) for mesh in self.meshes])[self.instances.mesh]
+        local = np.array([local_bounds(mesh) for mesh in self.meshes])[self.instances.mesh]
         center, half = local.mean(axis=1), (local[:, 1] - local[:, 0]) / 2
         matrix = self.instances.world_from_local
         center = np.einsum("nij,nj->ni", matrix[:, :3, :3], center) + matrix[:, :3, 3]
@@ -424,13 +486,21 @@ def _normals_primvar(normals: Any, vertices: np.ndarray, triangles: np.ndarray) 
     raise SceneError(f"normals: shape [n, 3] or [m, 3, 3] expected, got {list(values.shape)}")
 
 
-def _mesh_bounds(mesh: Mesh) -> np.ndarray:
-    """Return the local box of a mesh's triangles: float64, shape [2, 3]; NaN for a mesh without triangles."""
-    if not len(mesh.triangles):
+def primitive_count(geometry: Mesh | Shapes) -> int:
+    """Return the number of triangles of a mesh, or of shapes."""
+    return len(geometry.triangles if isinstance(geometry, Mesh) else geometry.points)
+
+
+def local_bounds(geometry: Mesh | Shapes) -> np.ndarray:
+    """Return the box of a mesh's triangles, or of shapes: float64, shape [2, 3]; NaN where there are none."""
+    if not primitive_count(geometry):
         return np.full((2, 3), np.nan)
-    is_used = np.zeros(len(mesh.points), bool)
-    is_used[mesh.triangles.reshape(-1)] = True
-    return point_bounds(mesh.points if is_used.all() else mesh.points[is_used])
+    if isinstance(geometry, Shapes):
+        low, high = shape_boxes(geometry)
+        return np.array([low.min(axis=0), high.max(axis=0)])
+    is_used = np.zeros(len(geometry.points), bool)
+    is_used[geometry.triangles.reshape(-1)] = True
+    return point_bounds(geometry.points if is_used.all() else geometry.points[is_used])
 
 
 def point_bounds(points: np.ndarray) -> np.ndarray:
@@ -445,6 +515,21 @@ def point_bounds(points: np.ndarray) -> np.ndarray:
     rest = points[whole:]
     reduced = [np.concatenate([f(rows, axis=0).reshape(32, 3), rest]) if whole else rest for f in (np.min, np.max)]
     return np.array([reduced[0].min(axis=0), reduced[1].max(axis=0)], float)
+
+
+def shape_boxes(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
+    """Return boxes around shapes, their lower and upper corners: float64, shape [n, 3] each.
+
+    They are tight but for cubic tubes, whose box is that of the balls about their control points.
+    """
+    points, radii = shapes.points.astype(float), shapes.radii.astype(float)[:, :, None]
+    if shapes.kind == ShapeKind.FRUSTUM:
+        # A disk reaches as far along an axis as its radius by the sine of its normal's angle to that.
+        along = points[:, 1] - points[:, 0]
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        cosine = np.divide(along, length, out=np.zeros_like(along), where=length > 0)
+        radii = radii * np.sqrt(np.maximum(1 - cosine**2, 0))[:, None]
+    return (points - radii).min(axis=1), (points + radii).max(axis=1)
 
 
 def is_closed(triangles: np.ndarray) -> bool:

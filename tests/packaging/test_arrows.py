@@ -21,7 +21,7 @@ PARTS = {
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
-        *("jobs", "binary_trees", "collapse", "forest", "mesh_trees", "accel", "queries", "ray_span"),
+        *("jobs", "binary_trees", "collapse", "forest", "mesh_trees", "shape_trees", "accel", "queries", "ray_span"),
         *("dome", "device_lights", "device_scene"),
         *("film", "film_buffers", "film_camera", "frame", "renderer", "tree_recording"),
     ],

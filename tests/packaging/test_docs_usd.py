@@ -264,7 +264,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "N905": ('def Sphere "s" { token visibility = "invisible" }', {"scene.usda"}),
     "N910": ('def Mesh "m" {}', {"/m"}),
     "N911": ('def Frobnicator "f" {}', {"/f"}),
-    "N912": (textured(ST + "asset inputs:file = @DIR/good.png@").replace(SPHERE_ST, ""), {"/M"}),
+    "N912": (
+        textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Cube "s"').replace(SPHERE_ST, ""),
+        {"/M"},
+    ),
 }
 
 

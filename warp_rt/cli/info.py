@@ -16,7 +16,7 @@ from warp_rt.stand_ins import shown_path
 if TYPE_CHECKING:
     import numpy as np
 
-    from warp_rt.scene import Scene
+    from warp_rt.scene import Primvar, Scene
 
 _LISTED = 20
 """Names in a list for people; --json has them all."""
@@ -25,6 +25,8 @@ _LISTED = 20
 # is filled to about five sixths, a wide node of 256 bytes has about 7 children, an instance a record of 64 bytes.
 _PACKET_FILL = 8 * 5 / 6
 _BYTES_A_TRIANGLE = 320 / _PACKET_FILL + 256 / (7 * _PACKET_FILL)
+_BYTES_A_SHAPE = 320 / 3 + 256 / (7 * 3) + 64
+"""Packets of shapes hold up to four; pieces of curves take 64 more."""
 _BYTES_AN_INSTANCE = 64 + 256 / 7
 _BUILD_BYTES_A_TRIANGLE = 96
 """While it is being built: a reference and two binary nodes."""
@@ -53,7 +55,11 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
-    counts = [len(mesh.triangles) for mesh in scene.meshes]
+    from warp_rt.scene import Mesh, Shapes
+
+    triangles = [len(mesh.triangles) if isinstance(mesh, Mesh) else 0 for mesh in scene.meshes]
+    shapes = [len(mesh.points) if isinstance(mesh, Shapes) else 0 for mesh in scene.meshes]
+    placed = scene.instances.mesh.tolist()
     return {
         "time": scene.time,
         "up_axis": scene.up_axis,
@@ -63,7 +69,9 @@ def _facts(scene: Scene) -> dict[str, Any]:
         "meshes": len(scene.meshes),
         "instances": len(scene.instances),
         "triangles": scene.triangle_count,
-        "triangles_placed": sum(counts[mesh] for mesh in scene.instances.mesh.tolist()),
+        "triangles_placed": sum(triangles[mesh] for mesh in placed),
+        "shapes": scene.shape_count,
+        "shapes_placed": sum(shapes[mesh] for mesh in placed),
         "cameras": [camera.path for camera in scene.cameras],
         "lights": [{"path": light.path, "kind": light.kind.name.lower()} for light in scene.lights]
         + [{"path": dome.path, "kind": "dome"} for dome in scene.domes],
@@ -92,21 +100,32 @@ def _picture(scene: Scene) -> dict[str, Any]:
 
 def scene_bytes(scene: Scene) -> int:
     """Return what the arrays of a scene take on the host [byte]; arrays that are shared count once."""
+    from warp_rt.scene import Shapes
+
     placed = scene.instances
     arrays: list[np.ndarray | None] = [placed.mesh, placed.world_from_local, placed.material_offset]
     arrays += [placed.material_table, placed.prim, placed.instance_id, *placed.primvars.values()]
     arrays += [image.pixels for image in scene.images]
     for mesh in scene.meshes:
-        arrays += [mesh.points, mesh.triangles, mesh.material_slots, mesh.face_ids]
-        for primvar in (mesh.normals, *mesh.primvars.values()):
+        arrays += [mesh.points, mesh.face_ids]
+        primvars: list[Primvar | None] = list(mesh.primvars.values())
+        if isinstance(mesh, Shapes):
+            arrays.append(mesh.radii)
+        else:
+            arrays += [mesh.triangles, mesh.material_slots]
+            primvars.append(mesh.normals)
+        for primvar in primvars:
             arrays += [] if primvar is None else [primvar.values, primvar.indices]
     return sum({id(array): array.nbytes for array in arrays if array is not None}.values())
 
 
 def hierarchy_bytes(scene: Scene) -> int:
     """Return about what the hierarchies will take at most, while the largest mesh's is being built [byte]."""
-    largest = max((len(mesh.triangles) for mesh in scene.meshes), default=0)
+    from warp_rt.scene import primitive_count
+
+    largest = max((primitive_count(mesh) for mesh in scene.meshes), default=0)
     kept = scene.triangle_count * _BYTES_A_TRIANGLE + len(scene.instances) * _BYTES_AN_INSTANCE
+    kept += scene.shape_count * _BYTES_A_SHAPE
     return int(kept + largest * _BUILD_BYTES_A_TRIANGLE)
 
 
@@ -121,6 +140,7 @@ def _table(facts: dict[str, Any]) -> str:
         ("prims", f"{facts['prims']:,}"),
         ("meshes", f"{facts['meshes']:,}, {facts['instances']:,} times placed"),
         ("triangles", f"{facts['triangles']:,} in memory, {facts['triangles_placed']:,} in the scene"),
+        ("shapes", f"{facts['shapes']:,} in memory, {facts['shapes_placed']:,} in the scene"),
         *_listed("cameras", facts["cameras"]),
         *_listed("lights", [f"{light['path']} ({light['kind']})" for light in facts["lights"]]),
         *_listed(

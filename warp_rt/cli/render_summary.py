@@ -40,6 +40,7 @@ def frame_summary(
         "device": renderer.device,
         "threads": renderer.threads,
         "triangles": scene.triangle_count,
+        "shapes": scene.shape_count,
         "instances": len(scene.instances),
         "seconds": seconds,
         "rays": film.rays.to_json(),
@@ -84,9 +85,15 @@ def summary_line(run: dict[str, Any]) -> str:
     where = run["device"] if run["device"] != "cpu" else f"cpu, {_counted(run['threads'], 'thread')}"
     return (
         f"{outputs[0]}{rest}: {run['width']} x {run['height']}, {run['spp']} spp, "
-        f"{_counted(run['triangles'], 'triangle')}, {_counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
+        f"{_geometry(run)}, {_counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
         f"{seconds['total']:.2f} s in all"
     )
+
+
+def _geometry(run: dict[str, Any]) -> str:
+    """Return how many primitives there are; kinds of which there are none are left out, but not both."""
+    counts = [(run["triangles"], "triangle"), (run["shapes"], "shape")]
+    return ", ".join(_counted(count, noun) for count, noun in counts if count) or _counted(0, "triangle")
 
 
 def _counted(count: int, noun: str) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Tf, Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene
+from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene, Shapes
 from warp_rt.usd.cameras import read_camera
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.materials import MaterialReader
@@ -141,9 +141,9 @@ def _instances(group: Group, walk: StageWalk, report: Report) -> tuple[Instances
     return instances, group.names
 
 
-def _drawable(group: Group, meshes: list[Mesh], prims: list[str], report: Report) -> np.ndarray:
+def _drawable(group: Group, meshes: list[Mesh | Shapes], prims: list[str], report: Report) -> np.ndarray:
     """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
-    reach = np.array([np.abs(mesh.points).max(initial=0) for mesh in meshes] or [0.0])[group.mesh]
+    reach = np.array([_reach(mesh) for mesh in meshes] or [0.0])[group.mesh]
     with np.errstate(over="ignore", invalid="ignore"):
         extent = np.abs(group.matrix[:, :3, :3]).sum(axis=(1, 2)) * reach + np.abs(group.matrix[:, :3, 3]).sum(axis=1)
     is_good = is_regular(group.matrix) & (extent <= MAX_COORDINATE)
@@ -151,6 +151,12 @@ def _drawable(group: Group, meshes: list[Mesh], prims: list[str], report: Report
         count = int((group.prim[~is_good] == prim).sum())
         report.warn(BAD_TRANSFORM, prims[prim], f"{count} instances left out: their transform is singular or too large")
     return np.flatnonzero(is_good)
+
+
+def _reach(geometry: Mesh | Shapes) -> float:
+    """Return a bound of the largest coordinate."""
+    radius = geometry.radii.max(initial=0) if isinstance(geometry, Shapes) else 0.0
+    return float(np.abs(geometry.points).max(initial=0) + radius)
 
 
 def _read_lights(

@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
-from warp_rt.scene import Material, Mesh, Texture
+from warp_rt.scene import Material, Mesh, Shapes, Texture
 from warp_rt.usd.placement import Group
 from warp_rt.usd.primvars import WIDTHS, WRONG_TYPE, is_drawable
 
@@ -20,7 +20,7 @@ NO_SUCH_PRIMVAR = "N912"
 def report_missing_primvars(
     stage: Usd.Stage,
     group: Group,
-    meshes: Sequence[Mesh],
+    meshes: Sequence[Mesh | Shapes],
     prims: Sequence[str],
     material_sets: Sequence[tuple[int, ...]],
     materials: Sequence[Material],
@@ -78,7 +78,12 @@ def _kind(primvar: UsdGeom.Primvar) -> str:
     return f"the type {kind}" if size == 1 else f"elements of {size} {kind.scalarType}"
 
 
-def _has_value(name: str, group: Group, meshes: Sequence[Mesh], rows: np.ndarray) -> np.ndarray:
+def _has_value(name: str, group: Group, meshes: Sequence[Mesh | Shapes], rows: np.ndarray) -> np.ndarray:
     """Return which rows of a group have a primvar, of their mesh or from above: bool."""
-    has_own = np.array([name in mesh.primvars for mesh in meshes] or [False])[group.mesh[rows]]
+    has_own = np.array([_has_own(name, mesh) for mesh in meshes] or [False])[group.mesh[rows]]
     return has_own | ~np.isnan(group.values[name][rows, 0]) if name in group.values else has_own
+
+
+def _has_own(name: str, geometry: Mesh | Shapes) -> bool:
+    is_parametric = name == "st" and isinstance(geometry, Shapes) and geometry.has_st
+    return name in geometry.primvars or is_parametric

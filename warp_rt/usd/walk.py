@@ -17,7 +17,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSemantics, Vt
 
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
-from warp_rt.scene import Mesh
+from warp_rt.scene import Mesh, Shapes
 from warp_rt.usd import implicit
 from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.lights import is_light
@@ -128,7 +128,7 @@ class StageWalk:
         limits: Limits | None = None,
         level: int = 0,
     ) -> None:
-        self.meshes: list[Mesh] = []
+        self.meshes: list[Mesh | Shapes] = []
         self.prims: list[str] = []
         self.labels: dict[str, dict[str, tuple[str, ...]]] = {}
         self.render_prims: list[str] = []
@@ -289,7 +289,7 @@ class StageWalk:
         sized = replace(posed, matrix=posed.matrix @ shape.local_from_unit)
         self._place(self._shapes[shape.key], prim, sized, (self._materials.bind(prim),), values, builder)
 
-    def _add(self, mesh: Mesh) -> int:
+    def _add(self, mesh: Mesh | Shapes) -> int:
         self.meshes.append(mesh)
         self._mesh_primvars.append(frozenset(mesh.primvars))
         return len(self.meshes) - 1
