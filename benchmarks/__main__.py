@@ -13,6 +13,7 @@ NAMES = {
     "memory": "bytes a triangle of geometry and hierarchy, beside Embree and wp.Mesh",
     "frame": "CPU seconds of a whole frame, beside POV-Ray and Mitsuba",
     "povray": "pictures and ray counts beside POV-Ray",
+    "spd": "ray counts of the Standard Procedural Databases, beside the published ones",
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
     "startup": "whole processes, warm and cold",
     "leaks": "a hundred million rays aimed at edges and vertices",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.image.tone import check_display
+from warp_rt.nff.statements import is_nff
 from warp_rt.options import (
     COMPLEXITIES,
     DEFAULT_DEPTH,
@@ -40,10 +41,11 @@ def load_scene(
     render_settings: str | None = None,
     render_pass: str | None = None,
 ) -> Scene:
-    """Return the scene that a USD stage holds.
+    """Return the scene that a USD stage, or a file in Haines' Neutral File Format, holds.
 
     Args:
-        path_or_stage: A .usda, .usdc, .usd or .usdz file, or an open ``Usd.Stage``.
+        path_or_stage: A .usda, .usdc, .usd or .usdz file, an open ``Usd.Stage``, or a .nff or .nff.gz file, for which
+            none of the other arguments count.
         time: Time code; None: the stage's start time code, as usdrecord does.
         default_time: Read the default values instead of a time code.
         purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: what the render settings say,
@@ -65,6 +67,16 @@ def load_scene(
     # What makes a stage is told by name, for pxr is not to be loaded here.
     if not isinstance(path_or_stage, str | PathLike) and not hasattr(path_or_stage, "GetPseudoRoot"):
         raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")
+    if isinstance(path_or_stage, str | PathLike) and is_nff(path_or_stage):
+        from warp_rt.nff.load import load_nff
+
+        asked = {"time": time is not None, "default_time": default_time, "purposes": purposes is not None}
+        asked |= {"mask": bool(mask), "session_layer": session_layer is not None}
+        asked |= {"render_settings": render_settings is not None, "render_pass": render_pass is not None}
+        given = [name for name, is_given in asked.items() if is_given]
+        if given:
+            raise OptionError(f"{path_or_stage}: {', '.join(given)}: only of USD stages")
+        return load_nff(path_or_stage)
     from warp_rt.usd.load import load_stage
 
     return load_stage(

@@ -18,6 +18,8 @@ PARTS = {
     "base": ["errors", "report", "options"],
     "scene": ["scene", "framing", "headlight", "placement", "srgb", "stand_ins"],
     "subdivision": ["subdivision.*"],
+    "triangulation": ["triangulate"],
+    "nff": ["nff.*"],
     "usd": ["usd.*"],
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
@@ -35,12 +37,14 @@ ARROWS = {
     "base": (),
     "scene": ("base",),
     "subdivision": (),
-    "usd": ("base", "scene", "subdivision"),
+    "triangulation": (),
+    "nff": ("base", "scene", "triangulation"),
+    "usd": ("base", "scene", "subdivision", "triangulation"),
     "device": ("base", "kernels"),
     "tracing": ("base", "scene", "device", "kernels", "tree"),
     "image": ("base", "scene", "front"),  # front: its version
     "tree": ("base", "scene", "image", "usd"),
-    "api": ("base", "scene", "usd", "tracing", "image", "tree"),
+    "api": ("base", "scene", "nff", "usd", "tracing", "image", "tree"),
     "cli": ("base", "scene", "device", "tracing", "image", "tree", "api", "front"),
     "front": ("base", "scene", "tracing", "image", "tree", "api"),  # by name only, when first used
 }
@@ -48,7 +52,9 @@ LIBRARIES = {
     "base": (),
     "scene": ("numpy",),
     "subdivision": ("numpy",),
-    "usd": ("numpy", "pxr", "PIL", "OpenEXR", "mapbox_earcut"),
+    "triangulation": ("numpy", "mapbox_earcut"),
+    "nff": ("numpy",),
+    "usd": ("numpy", "pxr", "PIL", "OpenEXR"),
     "device": ("warp",),
     "tracing": ("numpy", "warp"),
     "image": ("numpy", "PIL", "OpenEXR"),

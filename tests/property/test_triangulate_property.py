@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from warp_rt.report import Report
+from warp_rt.triangulate import triangulate
 from warp_rt.usd.mesh import drawable_polygons
-from warp_rt.usd.triangulate import triangulate
 
 
 @settings(max_examples=300, deadline=None)

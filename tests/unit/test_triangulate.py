@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from warp_rt.usd.triangulate import triangulate
+from warp_rt.triangulate import triangulate
 
 TILT = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [0.3, -1.0, 2.0], [2.0, 0.1, 1.0]]))[0]
 

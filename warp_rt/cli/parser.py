@@ -71,7 +71,7 @@ def near_matches(word: str, known: Iterable[str]) -> str:
 
 def add_scene(parser: Parser) -> None:
     """Add the arguments by which a stage is found and read."""
-    parser.add_argument("scene", metavar="SCENE", help="a USD stage: .usda, .usdc, .usd or .usdz")
+    parser.add_argument("scene", metavar="SCENE", help="a USD stage: .usda, .usdc, .usd or .usdz; or .nff, .nff.gz")
     parser.add_argument(
         "--purposes",
         type=_purposes,

@@ -13,13 +13,13 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
 from warp_rt.subdivision.surface import Surface
 from warp_rt.subdivision.topology import Topology
+from warp_rt.triangulate import triangulate
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
 from warp_rt.usd.subsets import read_face_slots
-from warp_rt.usd.triangulate import triangulate
 
 FEW_VERTICES = "W101"
 BAD_INDEX = "W102"

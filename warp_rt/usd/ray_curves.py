@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, Vt
 
 from warp_rt.errors import SceneError
 
@@ -45,9 +45,12 @@ def encode_ray_curves(
     Raises:
         SceneError: The stage cannot be opened.
     """
-    stage_layer = Sdf.Layer.FindOrOpen(source)
+    try:
+        stage_layer = Sdf.Layer.FindOrOpen(source)
+    except Tf.ErrorException:
+        stage_layer = None
     if stage_layer is None:
-        raise SceneError(f"{source}: cannot be read")
+        raise SceneError(f"{source}: cannot be read as a USD layer, over which curves could lie")
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.comment = comment
     for key in stage_layer.pseudoRoot.ListInfoKeys():
