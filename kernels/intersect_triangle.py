@@ -191,6 +191,11 @@ def intersect_watertight(origin: wp.vec3, direction: wp.vec3, p0: wp.vec3, p1: w
     signs. Rounding is monotone, so a sign comes out right or zero, and zero counts as inside on both sides. This
     needs products that are rounded by themselves: no contraction to fused multiply-add (option ``fuse_fp``).
 
+    Edge functions of one sign sum to zero only if all three are zero: the ray meets all three edges at once, to
+    rounding, that is, it sees the triangle edge-on. Such a triangle is passed over, and the neighbours across its
+    edges, whose common edge functions are zero and so count as inside, take the ray. All of them vanish for rays
+    within 1e-19 of a mesh that is no bigger, where products underflow: there is no surface below that size.
+
     Reference: Woop, Benthin and Wald (2013), Watertight Ray/Triangle Intersection, JCGT 2(1), section 3 and
     appendix A. Differs by having no double-precision fall-back, which serves only ties that count as hits here.
     """

@@ -46,11 +46,11 @@ def edge_rays(
     weight[count // 3 : 2 * count // 3] = 0.5
     targets = a + weight * (b - a)
     center = (points.max(axis=0) + points.min(axis=0)) / 2
-    size = np.ptp(points, axis=0).max() / 2
+    size = np.ptp(points, axis=0) / 2
     if is_ring:  # from the circle within the tube, at the same angle or another one
         angle = np.arctan2(*(targets - center)[:, [1, 0]].T) + rng.choice([0.0, 0.4], count) * rng.normal(size=count)
         ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-        origins = center + size / 1.35 * ring
+        origins = center + size.max() / 1.35 * ring
     else:
         origins = center + 0.3 * size * rng.uniform(-1, 1, (count, 3)) * rng.choice([0.0, 1.0], (count, 1))
     return origins.astype(np.float32), (targets - origins.astype(np.float32)).astype(np.float32)

@@ -16,8 +16,6 @@ from ..meshes import cube, octasphere, torus
 
 SHAPES = {"octasphere": octasphere(4), "cube": cube(), "torus": torus(48, 24)}
 
-SHAPES = {"octasphere": octasphere(4), "cube": cube(), "torus": torus(48, 24)}
-
 
 @pytest.mark.parametrize("center", CENTERS)
 @pytest.mark.parametrize("scale", SCALES)
@@ -47,6 +45,16 @@ def test_no_ray_leaks_between_instances_faces() -> None:
             origins, directions = (v.astype(float) for v in edge_rays(*shape, 30_000, seed=4, is_ring=name == "torus"))
             origins = origins @ matrix[:3, :3].T + matrix[:3, 3]
             assert leaks(accel, origins, directions @ matrix[:3, :3].T) == 0
+
+
+@pytest.mark.parametrize("stretch", [(1, 1, 1e-3), (1, 1e-5, 1), (1e-9, 1, 1), (1, 1e-4, 1e-8), (1e-18, 1, 1)])
+@pytest.mark.parametrize("name", ["octasphere", "cube"])
+def test_no_ray_leaks_through_needles(name: str, stretch: tuple[float, float, float]) -> None:
+    """Flattened until triangles are thinner than a unit in the last place of their own coordinates."""
+    points, triangles = SHAPES[name]
+    thin = points * np.array(stretch)
+    accel = warp_rt.build_accel(Scene.from_arrays(thin, triangles))
+    assert leaks(accel, *edge_rays(thin, triangles, 30_000, seed=7)) == 0
 
 
 def test_degenerate_triangles_open_no_gaps() -> None:
