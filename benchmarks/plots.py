@@ -150,6 +150,9 @@ def draw_scaling(rows: Sequence[results.Row]) -> Any:
     for axis, (name, title) in zip(axes.flat, titles.items(), strict=False):
         chosen = sorted((row for row in rows if row["of"] == name), key=lambda row: row["value"])
         x = [row["value"] for row in chosen]
+        axis.set_visible(bool(chosen))
+        if not chosen:
+            continue
         axis.set_xlabel(title)
         if name == "instances":
             for part, color in {"instances": VERMILION, "flattened": BLUE}.items():
@@ -163,9 +166,12 @@ def draw_scaling(rows: Sequence[results.Row]) -> Any:
             continue
         lines(axis, x, [row["seconds"]["frame"] for row in chosen], "frame", VERMILION)
         axis.set_ylabel("seconds a frame")
-        if name in ("triangles", "resolution"):
+        if name == "resolution":
             log_log(axis)
-            axis.set_xticks(x, [f"{value:,}" for value in x])
+            axis.set_xticks(x, [f"{value}" for value in x])
+        elif name == "triangles":
+            axis.set_xscale("log")
+            axis.set_ylim(bottom=0)
         else:
             axis.set_ylim(bottom=0)
             axis.set_xticks(x)
