@@ -13,8 +13,9 @@ import warp as wp
 from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Stacks, stack_of_thread
 from .bvh_traverse import is_ray_finite
-from .constants import FLIGHT_FLOATS, FLIGHTS, LEAF_FLOATS, LEAF_IDS, NODE_FLOATS
+from .constants import FLIGHT_FLOATS, FLIGHTS, LEAF_FLOATS, LEAF_IDS
 from .intersect_packet import PacketRay, intersect_triangles, make_packet_ray
+from .prefetch import prefetch_child
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -48,22 +49,6 @@ class Flights:
     u: wp.array[float]
     v: wp.array[float]
     words: wp.array[int]
-
-
-_PREFETCH = r"""
-#if !defined(__CUDA_ARCH__)
-    const float* target = code >= 0 ? (const float*)nodes.data + (size_t)code * NODE_FLOATS
-                                    : (const float*)leaves.data + (size_t)(-1 - code) * LEAF_FLOATS;
-    for (int word = 0; word < NODE_FLOATS; word += 16)
-        __builtin_prefetch(target + word);
-#endif
-""".replace("NODE_FLOATS", str(NODE_FLOATS)).replace("LEAF_FLOATS", str(LEAF_FLOATS))
-
-
-@wp.func_native(_PREFETCH)
-def prefetch_child(nodes: wp.array[float], leaves: wp.array[float], code: int):
-    """Ask for the memory of a child, all but a leaf packet's last lines, and do not wait for it."""
-    ...
 
 
 @wp.func

@@ -172,7 +172,7 @@ def trace_group(accel: wp.ref[AccelData], group: wp.ref[RayGroup], count: int, i
                     hits = trace_each(accel, group, code, first, rays, record, is_any)
                 else:
                     top = push_children_group(
-                        accel.nodes, code, group.rays, first, rays, group.ends, t_end, group.stack, top
+                        accel.nodes, accel.leaves, code, group.rays, first, rays, group.ends, t_end, group.stack, top
                     )
             elif record >= 0:
                 hits = meet_leaf(accel, group, -1 - code, first, rays, record, is_any)

@@ -38,6 +38,7 @@ from .intersect_packet import (
     make_packet_ray,
     octant_of,
 )
+from .prefetch import PREFETCH_CHILD
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -162,10 +163,14 @@ _PUSH_CHILDREN = (
         }
         met &= rays;
         if (met != 0) {
-            codes[top] = children[lane];
+            const int code = children[lane];
+            codes[top] = code;
             distances[top] = entering[lane];
             sets[top] = met;
             ++top;
+"""
+    + PREFETCH_CHILD
+    + r"""
         }
     }
     return top;
@@ -178,6 +183,7 @@ _PUSH_CHILDREN = (
 @wp.func_native(_PUSH_CHILDREN)
 def push_children_group(
     nodes: wp.array[float],
+    leaves: wp.array[float],
     node: int,
     group: wp.array[float],
     first: int,
@@ -189,10 +195,12 @@ def push_children_group(
 ) -> int:
     """Push the children of a node whose boxes at least one of some rays meets; return the new top of the stack.
 
-    In the node's order for the rays' octant, the nearest on top; with each child, the rays that meet its box.
+    In the node's order for the rays' octant, the nearest on top; with each child, the rays that meet its box. Each is
+    asked for at once: until the group comes to it, there is much to be done for its siblings and their rays.
 
     Args:
         nodes: Wide nodes.
+        leaves: Leaf packets, which are only asked for.
         node: Which one.
         group: Rays of groups.
         first: Word at which this group's begin.
@@ -217,6 +225,7 @@ def group_vector(group: wp.array[float], first: int, step: int) -> wp.vec3:
 @wp.func
 def push_children_group_plain(
     nodes: wp.array[float],
+    leaves: wp.array[float],
     node: int,
     group: wp.array[float],
     first: int,

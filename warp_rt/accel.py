@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections import deque
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,8 @@ class Accel:
     statistics: BvhStatistics
     layout: Layout | None
     """Where the meshes' trees lie, for ``refit_accel``; None where there are none."""
+    idle_spans: deque[Any] = field(default_factory=deque, init=False, repr=False)
+    """Scratch memory of array queries that no query uses at the moment; ray_span.py."""
 
     @property
     def origin(self) -> np.ndarray:

@@ -13,7 +13,7 @@ import warp as wp
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
 from warp_rt.kernels import constants, query, query_group
-from warp_rt.ray_span import make_ray_span
+from warp_rt.ray_span import keep_ray_spans, take_ray_span
 from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
@@ -212,6 +212,7 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
     starts = range(0, rays.count, tile)
     workers.count = min(workers.count, len(starts))
     arrays = [accel.table, rays.origins, rays.directions, rays.t_max]
+    spans: list[Any] = []
 
     # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
     # It does not keep its arguments alive: the scratch memory goes with it.
@@ -227,7 +228,8 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         command.launch()
 
     def record_group() -> tuple[wp.Launch, Any]:
-        scratch = make_ray_span(accel)
+        scratch = take_ray_span(accel)
+        spans.append(scratch)
         inputs = [*arrays, scratch, 0, 0]
         return wp.launch(group_kernel, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True), scratch
 
@@ -243,6 +245,7 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         workers.map(run, starts, record)
     else:
         workers.map(run_group, starts, record_group)
+        keep_ray_spans(accel, spans)  # not after an interrupt: a thread may still be at work
 
 
 def _cpu_tile(count: int, workers: int) -> int:

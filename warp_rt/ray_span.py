@@ -15,8 +15,24 @@ from warp_rt.kernels.intersect_group import GroupStack
 from warp_rt.kernels.query_group import RaySpan
 
 
-def make_ray_span(accel: Accel) -> RaySpan:
-    """Return what one worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives."""
+def take_ray_span(accel: Accel) -> RaySpan:
+    """Return what one worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives.
+
+    That of an earlier query where there is one: to make it takes as long as a thousand rays. Ends of a deque are taken
+    and put back by one step of the interpreter, so that queries of several threads need no lock.
+    """
+    try:
+        return accel.idle_spans.pop()
+    except IndexError:
+        return _make_ray_span(accel)
+
+
+def keep_ray_spans(accel: Accel, spans: list[RaySpan]) -> None:
+    """Leave what the workers of a query have done with to later ones."""
+    accel.idle_spans.extend(spans)
+
+
+def _make_ray_span(accel: Accel) -> RaySpan:
     group = RayGroup()
     group.rays = _empty(2 * GROUP_FLOATS, float)
     group.ends, group.u, group.v = (_empty(GROUP, float) for _ in range(3))

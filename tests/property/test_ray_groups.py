@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import warp as wp
@@ -151,3 +153,18 @@ def test_scattered_rays_through_a_big_hierarchy() -> None:
         check(accel, origins[:count], directions[:count], ends)
     directions[:] = np.nan
     check(accel, origins, directions)
+
+
+def test_queries_of_several_threads_have_scratch_memory_of_their_own() -> None:
+    scene = SCENES["torus"]
+    accel = warp_rt.build_accel(scene)
+    sets = [pencil(scene, 20 * GROUP_SPAN, 0.5, seed) for seed in range(4)]
+    alone = [warp_rt.closest_hit(accel, *rays, threads=1) for rays in sets]
+    assert len(accel.idle_spans) == 1
+    with ThreadPoolExecutor(len(sets)) as pool:
+        for _ in range(3):
+            together = list(pool.map(lambda rays: warp_rt.closest_hit(accel, *rays, threads=2), sets))
+            for hits, expected in zip(together, alone, strict=True):
+                for name in ("t", "u", "v", "triangle", "instance"):
+                    np.testing.assert_array_equal(getattr(hits, name), getattr(expected, name))
+    assert 1 <= len(accel.idle_spans) <= 2 * len(sets)

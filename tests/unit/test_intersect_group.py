@@ -7,7 +7,7 @@ import warp as wp
 
 from warp_rt.kernels.bvh_stack import push_children
 from warp_rt.kernels.bvh_structs import Stack
-from warp_rt.kernels.constants import GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, WIDTH
+from warp_rt.kernels.constants import GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, LEAF_FLOATS, WIDTH
 from warp_rt.kernels.intersect_group import (
     GroupStack,
     bound_group,
@@ -54,6 +54,7 @@ def compare_loads(
 @wp.kernel
 def compare_boxes(
     nodes: wp.array[float],
+    leaves: wp.array[float],
     groups: wp.array2d[float],
     ends: wp.array2d[float],
     rays: wp.array[wp.uint32],
@@ -73,9 +74,11 @@ def compare_boxes(
         stack.distances = distances_out[twin, i]
         stack.rays = rays_out[twin, i]
         if twin == 0:
-            tops_out[0, i] = push_children_group(nodes, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0)
+            tops_out[0, i] = push_children_group(nodes, leaves, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0)
         else:
-            tops_out[1, i] = push_children_group_plain(nodes, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0)
+            tops_out[1, i] = push_children_group_plain(
+                nodes, leaves, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0
+            )
     for index in range(wp.int32(GROUP)):
         alone = Stack()
         alone.codes = alone_codes_out[i, index]
@@ -193,7 +196,13 @@ def test_boxes(device: str) -> None:
     tops, codes, distances, rays, alone_tops, alone_codes, alone_distances = launch(
         compare_boxes,
         COUNT,
-        [wp.array(nodes.reshape(-1), dtype=float, device=device), groups, ends, wp.array(sets, device=device)],
+        [
+            wp.array(nodes.reshape(-1), dtype=float, device=device),
+            wp.zeros(LEAF_FLOATS, dtype=float, device=device),
+            groups,
+            ends,
+            wp.array(sets, device=device),
+        ],
         [wp.zeros(shape, dtype=dtype, device=device) for shape, dtype in shapes],
         device,
     )
