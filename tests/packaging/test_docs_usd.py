@@ -28,6 +28,7 @@ QUAD = """
     int[] faceVertexIndices = [0, 1, 2, 3]
     uniform token subdivisionScheme = "none"
 """
+STRAND = "point3f[] points = [(0,0,0), (1,0,0)]\nfloat[] widths = [1, 1]\n"
 ONE = "int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]\n"
 
 
@@ -128,6 +129,12 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W114": ('def Sphere "s" { token axis = "W" }', {"/s"}),
     "W115": (mesh("int[] cornerIndices = [0]", QUAD.replace('"none"', '"catmullClark"')), {"/m"}),
     "W116": (mesh("", QUAD.replace('"none"', '"loop"')), {"/m"}),
+    "W117": (f'def BasisCurves "c" {{ {STRAND}\nint[] curveVertexCounts = [3]\n}}', {"/c"}),
+    "W118": (
+        f'def BasisCurves "c" {{ {STRAND}\nint[] curveVertexCounts = [2]\nuniform token type = "linear"\n'
+        "normal3f[] normals = [(0,0,1), (0,0,1)]\n}",
+        {"/c"},
+    ),
     "W120": (
         instancer("int[] protoIndices = [0, 0]\npoint3f[] positions = [(0,0,0)]\nrel prototypes = </i/p>"),
         {"/i"},
@@ -145,16 +152,14 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         "\n".join(
             f'def {kind} "{kind}" {{}}'
             for kind in (
-                "BasisCurves",
                 "NurbsCurves",
                 "HermiteCurves",
-                "Points",
                 "NurbsPatch",
                 "TetMesh",
                 "Volume",
             )
         ),
-        {"/BasisCurves", "/NurbsCurves", "/HermiteCurves", "/Points", "/NurbsPatch", "/TetMesh", "/Volume"},
+        {"/NurbsCurves", "/HermiteCurves", "/NurbsPatch", "/TetMesh", "/Volume"},
     ),
     "W131": (
         f'def SkelRoot "r" {{ def Mesh "m" {{ {QUAD}\n'
@@ -263,6 +268,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "N904": (settings("rel products = </P>", 'def RenderProduct "P" { token productName = "a.exr" }'), {"/P"}),
     "N905": ('def Sphere "s" { token visibility = "invisible" }', {"scene.usda"}),
     "N910": ('def Mesh "m" {}', {"/m"}),
+    "N913": ('def Points "c" { point3f[] points = [(0,0,0)]\n}', {"/c"}),
     "N911": ('def Frobnicator "f" {}', {"/f"}),
     "N912": (
         textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Cube "s"').replace(SPHERE_ST, ""),

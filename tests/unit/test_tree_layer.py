@@ -106,12 +106,17 @@ def test_layer_over_a_package(tmp_path: Path) -> None:
 
 
 def test_the_layer_renders(tree: warp_rt.RayTree, tmp_path: Path) -> None:
-    """Through the scene's own camera, lights and settings."""
+    """Through the scene's own camera, lights and settings, with the rays as tubes in their colours."""
     tree.save_usd(tmp_path / "rays.usdc")
     scene, plain = (warp_rt.load_scene(path) for path in (tmp_path / "rays.usdc", SCENES / "mirror_teapot.usda"))
     assert scene.settings == plain.settings
     assert [camera.path for camera in scene.cameras] == [camera.path for camera in plain.cameras]
-    assert warp_rt.render(scene, width=32, device="cpu").linear.max() > 0.1
+    image = warp_rt.render(scene, width=640, device="cpu", aovs=("color", "primId"))
+    rays = [row for row, path in enumerate(scene.prims) if path.startswith("/RayTree")]
+    seen = np.isin(image["primId"], rays)
+    assert seen.sum() > 100
+    own = image.linear[seen] - warp_rt.render(plain, width=640, device="cpu").linear[seen]
+    assert (np.abs(own).max(axis=-1) > 0.02).mean() > 0.9
 
 
 @pytest.mark.parametrize("name", ["rays.png", "rays", "rays.usdz"])

@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
-from warp_rt.scene import Mesh, Primvar
+from warp_rt.scene import Mesh, Primvar, Shapes
 from warp_rt.subdivision.surface import Surface
 from warp_rt.subdivision.topology import Topology
 from warp_rt.triangulate import triangulate
@@ -43,7 +43,7 @@ ORIENTATIONS = ("rightHanded", "leftHanded")
 class MeshSource:
     """A mesh and what its material slots stand for."""
 
-    mesh: Mesh
+    mesh: Mesh | Shapes
     subsets: tuple[str, ...] = ()
     """Names of the GeomSubset children that slots 1, 2, ... take their material from; slot 0 is the mesh's own."""
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -23,6 +24,16 @@ NOT_FINITE = "W109"
 # Components that a name promises, where one does.
 WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
 _NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|normal|vector|point)([234][hfd]?)?")
+
+
+class Elements(Protocol):
+    """How a prim's elements are numbered, and how their values come to what is drawn of them."""
+
+    def element_count(self, interpolation: str) -> int | None:
+        """Return how many elements an interpolation asks for; None if there is no such interpolation."""
+
+    def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
+        """Return the primvar of values, shape [k, c]; ``indices`` say which of them each element takes."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +79,7 @@ class Layout:
         return Primvar(values, indices.astype(np.int32)[elements])
 
 
-def read_primvars(prim: Usd.Prim, layout: Layout, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
+def read_primvars(prim: Usd.Prim, layout: Elements, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
     """Return the prim's own primvars of numbers and vectors, by name; inherited ones and normals are not among them."""
     found = {}
     for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
@@ -94,7 +105,7 @@ def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     )
 
 
-def read_primvar(primvar: UsdGeom.Primvar, layout: Layout, time: Usd.TimeCode, report: Report) -> Primvar | None:
+def read_primvar(primvar: UsdGeom.Primvar, layout: Elements, time: Usd.TimeCode, report: Report) -> Primvar | None:
     """Return a primvar's values and what each triangle corner takes of them; None, with a diagnostic, if unusable."""
     values = _values(primvar, time, report)
     if values is None:
@@ -115,7 +126,7 @@ def lay_out(
     values: np.ndarray,
     indices: np.ndarray | None,
     interpolation: str,
-    layout: Layout,
+    layout: Elements,
     prim: str,
     name: str,
     report: Report,

@@ -18,7 +18,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSemantics, Vt
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Shapes
-from warp_rt.usd import implicit
+from warp_rt.usd import curves, implicit
 from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.lights import is_light
 from warp_rt.usd.materials import MaterialReader
@@ -228,7 +228,7 @@ class StageWalk:
             self.render_prims.append(str(prim.GetPath()))
         elif not traits.is_known:
             self._report.warn(UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: left out")
-        if kind == "Mesh":
+        if kind == "Mesh" or kind in curves.TYPES:
             if is_shown:
                 self._add_mesh(prim, here, builder)
         elif kind in implicit.TYPES:
@@ -260,7 +260,10 @@ class StageWalk:
         shared = prim.GetPrimInPrototype() if prim.IsInstanceProxy() and skin is None else prim
         key = shared.GetPath()
         if key not in self._sources:
-            source = read_mesh(prim, self._time, self._report, skin=skin, level=self._level)
+            if prim.GetTypeName() in curves.TYPES:
+                source = curves.read_shapes(prim, self._time, self._report, skin)
+            else:
+                source = read_mesh(prim, self._time, self._report, skin=skin, level=self._level)
             self._sources[key] = None if source is None else (self._add(source.mesh), source)
         known = self._sources[key]
         if known is None:
