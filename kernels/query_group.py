@@ -6,7 +6,7 @@ import warp as wp
 
 from .bvh_flight import Flights, is_for_flights, trace_flights
 from .bvh_group import RayGroup, trace_group
-from .bvh_structs import AccelData
+from .bvh_structs import AccelData, InstanceRecord
 from .bvh_traverse import any_hit, closest_hit, is_ray_finite
 from .constants import GROUP, GROUP_SPAN, SCATTER_STRIDE, SCATTERED
 from .intersect_group import load_group
@@ -108,6 +108,65 @@ def are_scattered(origins: wp.array[wp.vec3], first: int, count: int) -> bool:
     return steps > SCATTERED * float(pairs) * (extent[0] + extent[1] + extent[2])
 
 
+_WRITE_HITS = r"""
+    const int *rays = (const int*)order.data + start, *word = (const int*)words.data, *record = (const int*)records.data;
+    const float *t = (const float*)ends.data, *u_ = (const float*)u.data, *v_ = (const float*)v.data;
+    for (int index = 0; index < count; ++index) {
+        const int ray = rays[index];
+        const bool is_hit = is_traced && word[index] >= 0;
+        ((float*)t_out.data)[ray] = is_hit ? t[index] : INFINITY;
+        ((float*)u_out.data)[ray] = is_hit ? u_[index] : 0.0f;
+        ((float*)v_out.data)[ray] = is_hit ? v_[index] : 0.0f;
+        ((int*)triangle_out.data)[ray] = is_hit ? ((const int*)leaves.data)[word[index]] : -1;
+        ((int*)instance_out.data)[ray] = is_hit ? instances.data[record[index]].instance : -1;
+    }
+"""
+
+
+@wp.func_native(_WRITE_HITS)
+def write_hits(
+    leaves: wp.array[float],
+    instances: wp.array[InstanceRecord],
+    order: wp.array[int],
+    start: int,
+    count: int,
+    is_traced: bool,
+    words: wp.array[int],
+    records: wp.array[int],
+    ends: wp.array[float],
+    u: wp.array[float],
+    v: wp.array[float],
+    t_out: wp.array[float],
+    u_out: wp.array[float],
+    v_out: wp.array[float],
+    triangle_out: wp.array[int],
+    instance_out: wp.array[int],
+):
+    """Write the closest hits of ``count`` rays, listed in ``order`` from ``start`` on, to where each of them belongs.
+
+    Native, for in plain Warp each of fifteen array accesses a ray reads its array's address anew.
+
+    Args:
+        leaves: Leaf packets.
+        instances: Instance records.
+        order: Rays.
+        start: First of them.
+        count: How many.
+        is_traced: Whether they were; if not, none hits anything.
+        words: As in ``RayGroup``; so are the next four.
+        records: Instance records of the hits.
+        ends: t of the hits.
+        u: Weights of the second vertex.
+        v: Weights of the third.
+        t_out: Output, one a ray, contiguous; so are the next four.
+        u_out: Output.
+        v_out: Output.
+        triangle_out: Output.
+        instance_out: Output.
+    """
+    ...
+
+
 @wp.kernel
 def query_closest_hit_group(
     accels: wp.array[AccelData],
@@ -164,23 +223,24 @@ def query_closest_hit_group(
                         origins, directions, t_max, span.order, start, together, span.group.rays, 0, span.group.ends
                     )
                     trace_group(accels[0], span.group, together, False)
-                for index in range(together):
-                    i = span.order[start + index]
-                    word = int(-1)
-                    if octant < 8:
-                        word = span.group.words[index]
-                    if word >= 0:
-                        t_out[i] = span.group.ends[index]
-                        u_out[i] = span.group.u[index]
-                        v_out[i] = span.group.v[index]
-                        triangle_out[i] = wp.cast(accels[0].leaves[word], wp.int32)
-                        instance_out[i] = accels[0].instances[span.group.records[index]].instance
-                    else:
-                        t_out[i] = wp.inf
-                        u_out[i] = 0.0
-                        v_out[i] = 0.0
-                        triangle_out[i] = -1
-                        instance_out[i] = -1
+                write_hits(
+                    accels[0].leaves,
+                    accels[0].instances,
+                    span.order,
+                    start,
+                    together,
+                    octant < 8,
+                    span.group.words,
+                    span.group.records,
+                    span.group.ends,
+                    span.group.u,
+                    span.group.v,
+                    t_out,
+                    u_out,
+                    v_out,
+                    triangle_out,
+                    instance_out,
+                )
                 start += together
 
 

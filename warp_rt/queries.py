@@ -128,7 +128,9 @@ class _Rays:
         if array is None:
             return _empty(self.count, dtype, self.device)
         if self.is_warp:
-            return self._checked(name, array, dtype)
+            if not self._checked(name, array, dtype).is_contiguous:
+                raise OptionError(f"{name}: a contiguous array expected")
+            return array
         expected = wp.dtype_to_numpy(dtype)
         if not isinstance(array, np.ndarray) or array.dtype != expected or array.shape != (self.count,):
             raise OptionError(f"{name}: a NumPy array of {np.dtype(expected).name}, shape [{self.count}], expected")
@@ -150,7 +152,7 @@ class _Rays:
 
     def _vectors(self, name: str, values: Any, shift: np.ndarray) -> wp.array:
         if self.is_warp:
-            array = self._checked(name, values, wp.vec3)
+            array = self._checked(name, values, wp.vec3).contiguous()
             if not shift.any():
                 return array
             return wp.array(array.numpy().astype(np.float64) - shift, dtype=wp.vec3, device=self.device)
@@ -164,7 +166,7 @@ class _Rays:
 
     def _ends(self, t_max: Any) -> wp.array:
         if isinstance(t_max, wp.array):
-            return self._checked("t_max", t_max, wp.float32)
+            return self._checked("t_max", t_max, wp.float32).contiguous()
         values = np.asarray(t_max, np.float32)
         if values.ndim == 0:
             values = values.reshape(1)

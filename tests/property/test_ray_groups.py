@@ -12,6 +12,7 @@ import warp as wp
 
 import warp_rt
 from warp_rt.accel import Accel, make_stacks
+from warp_rt.errors import OptionError
 from warp_rt.kernels import query
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
 from warp_rt.queries import Hits
@@ -168,3 +169,17 @@ def test_queries_of_several_threads_have_scratch_memory_of_their_own() -> None:
                 for name in ("t", "u", "v", "triangle", "instance"):
                     np.testing.assert_array_equal(getattr(hits, name), getattr(expected, name))
     assert 1 <= len(accel.idle_spans) <= 2 * len(sets)
+
+
+def test_rays_in_every_second_row_of_warp_arrays() -> None:
+    scene = SCENES["sphere"]
+    accel = warp_rt.build_accel(scene)
+    origins, directions = pencil(scene, 3 * GROUP_SPAN, 0.5, 5)
+    ends = np.linspace(0.0, 9.0, len(origins), dtype=np.float32)
+    expected = warp_rt.closest_hit(accel, origins[::2], directions[::2], ends[::2])
+    rows = [wp.array(array, dtype=wp.vec3, device="cpu")[::2] for array in (origins, directions)]
+    hits = warp_rt.closest_hit(accel, *rows, wp.array(ends, dtype=float, device="cpu")[::2])
+    np.testing.assert_array_equal(hits.triangle.numpy(), expected.triangle)
+    np.testing.assert_array_equal(hits.t.numpy(), expected.t)
+    with pytest.raises(OptionError, match="out: a contiguous array expected"):
+        warp_rt.any_hit(accel, *rows, out=wp.empty(len(origins), dtype=wp.bool, device="cpu")[::2])
