@@ -109,7 +109,8 @@ def are_scattered(origins: wp.array[wp.vec3], first: int, count: int) -> bool:
 
 
 _WRITE_HITS = r"""
-    const int *rays = (const int*)order.data + start, *word = (const int*)words.data, *record = (const int*)records.data;
+    const int* rays = (const int*)order.data + start;
+    const int *word = (const int*)words.data, *record = (const int*)records.data;
     const float *t = (const float*)ends.data, *u_ = (const float*)u.data, *v_ = (const float*)v.data;
     for (int index = 0; index < count; ++index) {
         const int ray = rays[index];
