@@ -9,7 +9,7 @@ import warp as wp
 import warp_rt
 from warp_rt.accel import make_stacks
 from warp_rt.kernels.bvh_structs import AccelData, Stacks, stack_of_thread
-from warp_rt.kernels.bvh_traverse import traverse
+from warp_rt.kernels.bvh_traverse import any_hit_from, closest_hit_from
 from warp_rt.kernels.constants import NO_TRIANGLE
 from warp_rt.kernels.observer import CostCounter
 
@@ -31,7 +31,11 @@ def count_costs(
     """Write how many nodes each ray visits and how many triangles it is tested against."""
     i = wp.tid()
     cost = CostCounter()
-    traverse(accels[0], origins[i], directions[i], wp.inf, is_any, -1, NO_TRIANGLE, stack_of_thread(stacks, i), cost)
+    stack = stack_of_thread(stacks, i)
+    if is_any:
+        any_hit_from(accels[0], origins[i], directions[i], wp.inf, -1, NO_TRIANGLE, stack, cost)
+    else:
+        closest_hit_from(accels[0], origins[i], directions[i], wp.inf, -1, NO_TRIANGLE, stack, cost)
     nodes_out[i] = cost.nodes
     triangles_out[i] = cost.triangles
 

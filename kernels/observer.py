@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import warp as wp
 
+from .per_type import per_type
 from .tree_record import CrossingRecord, LightRecord, NodeRecord
 
 
@@ -62,23 +63,8 @@ class CostCounter:
     """Deepest level of a tree; the eye ray's is 1."""
 
 
-OBSERVERS = (Unobserved, TreeRecorder, CostCounter)
-Observer = TypeVar("Observer")
-"""Stands for each of ``OBSERVERS`` in the annotations of an ``observed`` function."""
+Observer = TypeVar("Observer", Unobserved, TreeRecorder, CostCounter)
+"""Stands for each type of observer in the annotations of an ``observed`` function."""
 
-
-def observed(function):
-    """Return the Warp function that has ``function`` as its overload for each type of observer.
-
-    Warp's own generics (``Any``) would do, but cannot be mixed with arguments by reference.
-    """
-    overloads = []
-    for observer in OBSERVERS:
-        twin = type(function)(function.__code__, function.__globals__, function.__name__)
-        twin.__qualname__, twin.__doc__ = function.__qualname__, function.__doc__
-        annotations = function.__annotations__.items()
-        twin.__annotations__ = {name: wp.ref[observer] if type_ is Observer else type_ for name, type_ in annotations}
-        overloads.append(wp.func(twin))
-    for overload in overloads[1:]:
-        overloads[0].add_overload(overload)
-    return overloads[0]
+observed = per_type
+"""Decorates the functions that take an ``observer``."""

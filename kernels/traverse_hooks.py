@@ -7,6 +7,8 @@ import warp as wp
 from .intersect_packet import packet_triangle_count
 from .intersect_shape import packet_shape_count
 from .observer import CostCounter, Observer, observed
+from .per_type import per_type
+from .ray_goal import AnyHit, Goal
 
 
 @observed
@@ -43,3 +45,15 @@ def tell_shapes(observer: Observer, shapes: wp.array[float], leaf: int):
 def tell_shapes(observer: wp.ref[CostCounter], shapes: wp.array[float], leaf: int):
     """Count them with the triangles."""
     observer.triangles += packet_shape_count(shapes, leaf)
+
+
+@per_type
+def ends_at_hit(goal: Goal) -> bool:
+    """Return whether the search ends at the first hit that it finds, however far."""
+    return False
+
+
+@wp.func
+def ends_at_hit(goal: wp.ref[AnyHit]) -> bool:
+    """Return that it does: one hit is enough."""
+    return True

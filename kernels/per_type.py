@@ -1,0 +1,28 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One source, compiled once for each type of an argument: what the type says costs no instruction at run time."""
+
+from typing import TypeVar
+
+import warp as wp
+
+
+def per_type(function):
+    """Return the Warp function that has ``function`` as its overload for each choice of types for its type variables.
+
+    A type variable in the annotations stands for each of its constraints, passed by reference. Warp's own generics
+    (``Any``) would do, but cannot be mixed with arguments by reference.
+    """
+    annotations = function.__annotations__
+    choices = [{}]
+    for variable in dict.fromkeys(type_ for type_ in annotations.values() if isinstance(type_, TypeVar)):
+        choices = [choice | {variable: wp.ref[type_]} for choice in choices for type_ in variable.__constraints__]
+    overloads = []
+    for chosen in choices:
+        twin = type(function)(function.__code__, function.__globals__, function.__name__)
+        twin.__qualname__, twin.__doc__ = function.__qualname__, function.__doc__
+        twin.__annotations__ = {name: chosen.get(type_, type_) for name, type_ in annotations.items()}
+        overloads.append(wp.func(twin))
+    for overload in overloads[1:]:
+        overloads[0].add_overload(overload)
+    return overloads[0]
