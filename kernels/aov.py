@@ -56,7 +56,7 @@ def write_aovs(
     mask = film.aov_mask
     is_hit = first.instance >= 0
     if (mask & AOV_DEPTH) != 0:
-        film.depth[row, column] = wp.where(is_hit, first.distance * cosine, wp.inf)
+        film.depth[row, column] = first.distance * cosine if is_hit else wp.inf
     if (mask & AOV_DISTANCE) != 0:
         film.distance[row, column] = first.distance
     if not is_hit:

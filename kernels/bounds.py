@@ -49,7 +49,7 @@ def widest_axis(extent: wp.vec3) -> int:
 def safe_inverse(component: float) -> float:
     """Return 1 / component, but neither infinite nor zero, however small or large it is."""
     magnitude = wp.clamp(wp.abs(component), MIN_DIRECTION, MAX_DIRECTION)
-    return 1.0 / wp.where(component < 0.0, -magnitude, magnitude)
+    return 1.0 / (-magnitude if component < 0.0 else magnitude)
 
 
 @wp.func
@@ -79,8 +79,8 @@ def intersect_box(origin: wp.vec3, inverse: wp.vec3, t_max: float, low: wp.vec3,
     t_enter = float(0.0)
     t_leave = float(wp.inf)
     for axis in range(3):
-        near = wp.where(inverse[axis] < 0.0, high[axis], low[axis])
-        far = wp.where(inverse[axis] < 0.0, low[axis], high[axis])
+        near = high[axis] if inverse[axis] < 0.0 else low[axis]
+        far = low[axis] if inverse[axis] < 0.0 else high[axis]
         t_enter = wp.max((near - origin[axis]) * inverse[axis], t_enter)
         t_leave = wp.min((far - origin[axis]) * (inverse[axis] * SLAB_SCALE), t_leave)
     return wp.vec2(t_enter, wp.min(t_leave, t_max))

@@ -274,7 +274,7 @@ def build_subtrees(
             halves[1].node = free + 1
             free += 2
             # The smaller half is taken next: each pending one is at least as big, so that log2(count) are enough.
-            larger = wp.where(halves[0].count >= halves[1].count, 0, 1)
+            larger = 0 if halves[0].count >= halves[1].count else 1
             stack[top] = halves[larger]
             stack[top + 1] = halves[1 - larger]
             top += 2

@@ -157,11 +157,11 @@ def split_clusters(
             slot_count += 1
             halves[0].node = 2 * slot
             halves[1].node = 2 * slot + 1
-            larger = wp.where(halves[0].count >= halves[1].count, 0, 1)
+            larger = 0 if halves[0].count >= halves[1].count else 1
             stack[top] = halves[larger]
             stack[top + 1] = halves[1 - larger]
-            firsts[top] = wp.where(larger == 0, begin, begin_right)
-            firsts[top + 1] = wp.where(larger == 0, begin_right, begin)
+            firsts[top] = begin if larger == 0 else begin_right
+            firsts[top + 1] = begin_right if larger == 0 else begin
             top += 2
     counts_out[0] = range_count
     counts_out[1] = slot_count

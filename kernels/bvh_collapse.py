@@ -123,7 +123,7 @@ def order_lanes(nodes: wp.array[float], word: int, octant: int, keys: wp.array[f
         key = float(0.0)
         for axis in range(3):
             center = nodes[word + WIDTH * axis + lane] + nodes[word + WIDTH * (3 + axis) + lane]
-            key += wp.where((octant >> axis) & 1 == 1, -center, center)
+            key += -center if (octant >> axis) & 1 == 1 else center
         place = int(lane)
         while place > 0 and keys[place - 1] < key:
             keys[place] = keys[place - 1]

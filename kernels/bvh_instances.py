@@ -41,7 +41,7 @@ def refer_to_instances(
     chunk = first + wp.tid()
     for i in range(chunk_first[chunk], chunk_first[chunk] + chunk_count[chunk]):
         root = roots[tree[i]]
-        lanes = wp.where(root >= 0, wp.int32(WIDTH), 1)
+        lanes = wp.int32(WIDTH) if root >= 0 else 1
         world_low = wp.vec3d(wp.float64(wp.inf))
         world_high = wp.vec3d(wp.float64(-wp.inf))
         for lane in range(lanes):
@@ -87,8 +87,8 @@ def write_transforms(
         records_out[leaf].row_x[column] = x
         records_out[leaf].row_y[column] = y
         records_out[leaf].row_z[column] = z
-        if x != wp.where(column == 0, 1.0, 0.0) or y != wp.where(column == 1, 1.0, 0.0):
+        if x != (1.0 if column == 0 else 0.0) or y != (1.0 if column == 1 else 0.0):
             is_identity = 0
-        if z != wp.where(column == 2, 1.0, 0.0):
+        if z != (1.0 if column == 2 else 0.0):
             is_identity = 0
     records_out[leaf].is_identity = wp.int16(is_identity)

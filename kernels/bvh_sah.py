@@ -223,7 +223,7 @@ def split_sah(
     Reference: Wald (2007), On Fast Construction of SAH-based Bounding Volume Hierarchies, IEEE Symposium on
     Interactive Ray Tracing, section 3; the cost by blocks after Embree's heuristic_binning.h.
     """
-    bin_count = wp.where(work.count <= SAH_SMALL_COUNT, SAH_BINS_SMALL, SAH_BINS)
+    bin_count = SAH_BINS_SMALL if work.count <= SAH_SMALL_COUNT else SAH_BINS
     scale = slices_per_unit(work, bin_count)
     best = find_split(references, work, scale, bin_count, leaf_bits, bins, counts, right_costs, halves)
     if best < 0:

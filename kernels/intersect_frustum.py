@@ -53,7 +53,7 @@ def cone_span(a: float, b: float, c: float, growth: float) -> wp.vec2:
     if a > 0.0:
         if not (discriminant >= 0.0):
             return miss
-        q = -(b + wp.where(b < 0.0, -1.0, 1.0) * wp.sqrt(discriminant))
+        q = -(b + (-1.0 if b < 0.0 else 1.0) * wp.sqrt(discriminant))
         if q == 0.0:
             return wp.vec2(0.0, 0.0)
         return wp.vec2(wp.min(q / a, c / q), wp.max(q / a, c / q))
@@ -62,7 +62,7 @@ def cone_span(a: float, b: float, c: float, growth: float) -> wp.vec2:
             return wp.vec2(-wp.inf, wp.inf)
         return miss
     # One root on each half: the line enters the one that widens along it, and leaves the one that narrows.
-    direction = wp.where(growth > 0.0, 1.0, -1.0)
+    direction = 1.0 if growth > 0.0 else -1.0
     root = wp.sqrt(wp.max(discriminant, 0.0))
     toward = -b * direction
     end = float(0.0)
@@ -131,11 +131,11 @@ def intersect_frustum(
         high = wp.max(-z / dz, (height - z) / dz)
     elif not (z >= 0.0 and z <= height):
         return empty_span()
-    near_cap = wp.where(dz > 0.0, FIRST_CAP, LAST_CAP)
+    near_cap = FIRST_CAP if dz > 0.0 else LAST_CAP
     span = Span()
     base = s_center + s_axis
     span.enter = (base + wp.max(side[0], low)) / speed
     span.leave = (base + wp.min(side[1], high)) / speed
-    span.enter_part = wp.where(low > side[0], near_cap, SIDE)
-    span.leave_part = wp.where(high < side[1], FIRST_CAP + LAST_CAP - near_cap, SIDE)
+    span.enter_part = near_cap if low > side[0] else SIDE
+    span.leave_part = FIRST_CAP + LAST_CAP - near_cap if high < side[1] else SIDE
     return span

@@ -239,7 +239,7 @@ def push_children_group_plain(
     near_o = group_vector(group, first + GROUP_BOUNDS, 1)
     least = group_vector(group, first + GROUP_BOUNDS + 6, 1)
     greatest = group_vector(group, first + GROUP_BOUNDS + 9, 1)
-    octant = wp.where(least[0] < 0.0, 1, 0) + wp.where(least[1] < 0.0, 2, 0) + wp.where(least[2] < 0.0, 4, 0)
+    octant = (1 if least[0] < 0.0 else 0) + (2 if least[1] < 0.0 else 0) + (4 if least[2] < 0.0 else 0)
     count = int(top)
     for position in range(wp.int32(WIDTH)):  # a loop, not sixteen copies
         word = node * NODE_FLOATS + NODE_ORDERS + 2 * octant + (position & 1)
@@ -249,7 +249,7 @@ def push_children_group_plain(
         high = wp.vec3(nodes[base + 3 * WIDTH], nodes[base + 4 * WIDTH], nodes[base + 5 * WIDTH])
         t_enter = float(0.0)
         for axis in range(3):
-            near = wp.where(least[axis] < 0.0, high[axis], low[axis]) - near_o[axis]
+            near = (high[axis] if least[axis] < 0.0 else low[axis]) - near_o[axis]
             t_enter = wp.max(wp.min(near * least[axis], near * greatest[axis]), t_enter)
         met = wp.uint32(0)
         for ray in range(wp.int32(GROUP)):
@@ -322,8 +322,8 @@ def bound_group_plain(group: wp.array[float], first: int):
             least = wp.min(least, group[first + 96 + 32 * axis + ray])
             greatest = wp.max(greatest, group[first + 96 + 32 * axis + ray])
         bounds = first + GROUP_BOUNDS + axis
-        group[bounds] = wp.where(least < 0.0, low, high)
-        group[bounds + 3] = wp.where(least < 0.0, high, low)
+        group[bounds] = low if least < 0.0 else high
+        group[bounds + 3] = high if least < 0.0 else low
         group[bounds + 6] = least
         group[bounds + 9] = greatest
 
@@ -549,10 +549,10 @@ def load_group_plain(
 ):
     """Write what ``load_group`` writes, in plain Warp."""
     for index in range(wp.int32(GROUP)):
-        ray = order[start + wp.where(index < count, index, 0)]
+        ray = order[start + (index if index < count else 0)]
         set_group_ray(group, first, index, make_packet_ray(origins[ray], directions[ray]))
         end = t_max[wp.min(ray, t_max.shape[0] - 1)]
-        ends[index] = wp.where(index < count and end >= 0.0, end, -1.0)
+        ends[index] = end if index < count and end >= 0.0 else -1.0
 
 
 # --- triangles

@@ -56,7 +56,7 @@ class PacketRay:
 @wp.func
 def octant_of(direction: wp.vec3) -> int:
     """Return the octant of directions that a vector lies in: bit a is set where component a is negative."""
-    return wp.where(direction[0] < 0.0, 1, 0) + wp.where(direction[1] < 0.0, 2, 0) + wp.where(direction[2] < 0.0, 4, 0)
+    return (1 if direction[0] < 0.0 else 0) + (2 if direction[1] < 0.0 else 0) + (4 if direction[2] < 0.0 else 0)
 
 
 @wp.func

@@ -29,7 +29,7 @@ def intersect_sphere(origin: wp.vec3, direction: wp.vec3, center: wp.vec3, radiu
     if not (discriminant >= 0.0):
         return wp.vec2(wp.inf, -wp.inf)
     c = wp.dot(to_origin, to_origin) - radius * radius
-    q = b + wp.where(b < 0.0, -1.0, 1.0) * wp.sqrt(discriminant)
+    q = b + (-1.0 if b < 0.0 else 1.0) * wp.sqrt(discriminant)
     if q == 0.0:
         return wp.vec2(0.0, 0.0)
     t0 = c / q / speed

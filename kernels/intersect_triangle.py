@@ -74,8 +74,8 @@ def project_barycentrics(p: wp.vec3, p0: wp.vec3, p1: wp.vec3, p2: wp.vec3, axis
     Reference: Badouel (1990), An Efficient Ray-Polygon Intersection, Graphics Gems; Komura, Computer Graphics,
     lecture 10, Projection onto Primary Planes.
     """
-    i1 = wp.where(axis == 0, 1, 0)
-    i2 = wp.where(axis == 2, 1, 2)
+    i1 = 1 if axis == 0 else 0
+    i2 = 1 if axis == 2 else 2
     u0 = p[i1] - p0[i1]
     u1 = p1[i1] - p0[i1]
     u2 = p2[i1] - p0[i1]
@@ -157,8 +157,8 @@ def intersect_moller_trumbore(
 def shear_axes(direction: wp.vec3) -> wp.vec3i:
     """Return the axes (kx, ky, kz) in which the ray runs along kz; the other two follow in cyclic order."""
     kz = widest_axis(wp.vec3(wp.abs(direction[0]), wp.abs(direction[1]), wp.abs(direction[2])))
-    kx = wp.where(kz == 2, 0, kz + 1)
-    ky = wp.where(kx == 2, 0, kx + 1)
+    kx = 0 if kz == 2 else kz + 1
+    ky = 0 if kx == 2 else kx + 1
     return wp.vec3i(kx, ky, kz)
 
 
@@ -169,9 +169,9 @@ def rotate_axes(v: wp.vec3, axes: wp.vec3i) -> wp.vec3:
     Component by component: that becomes moves without branches, which incoherent rays would mispredict.
     """
     return wp.vec3(
-        wp.where(axes[2] == 2, v[0], wp.where(axes[2] == 0, v[1], v[2])),
-        wp.where(axes[2] == 2, v[1], wp.where(axes[2] == 0, v[2], v[0])),
-        wp.where(axes[2] == 2, v[2], wp.where(axes[2] == 0, v[0], v[1])),
+        v[0] if axes[2] == 2 else (v[1] if axes[2] == 0 else v[2]),
+        v[1] if axes[2] == 2 else (v[2] if axes[2] == 0 else v[0]),
+        v[2] if axes[2] == 2 else (v[0] if axes[2] == 0 else v[1]),
     )
 
 

@@ -63,7 +63,7 @@ def straight_minimum(start: wp.vec4, change: wp.vec4) -> float:
     total = a + z * z
     d = wp.max(b * b + a * c, 0.0)
     if not (total > 0.0):  # the balls lie within one another
-        return wp.where(change[3] > 0.0, 1.0, 0.0)
+        return 1.0 if change[3] > 0.0 else 0.0
     w = z * wp.sqrt(d / total)
     s = float(0.0)
     if b * w > 0.0:  # b - w would lose digits
@@ -71,7 +71,7 @@ def straight_minimum(start: wp.vec4, change: wp.vec4) -> float:
     elif a != 0.0:
         s = (b - w) / a
     if start[3] + s * change[3] < 0.0:  # of balls of negative radius, which continue the cone beyond its tip
-        s = wp.where(change[3] > 0.0, 1.0, 0.0)
+        s = 1.0 if change[3] > 0.0 else 0.0
     return wp.clamp(s, 0.0, 1.0)
 
 
@@ -224,7 +224,7 @@ def is_box_of_balls_met(q0: wp.vec4, q1: wp.vec4, q2: wp.vec4, q3: wp.vec4, end:
     for axis in range(3):
         low = least(q0[axis] - q0[3], q1[axis] - q1[3], q2[axis] - q2[3], q3[axis] - q3[3])
         high = -least(-q0[axis] - q0[3], -q1[axis] - q1[3], -q2[axis] - q2[3], -q3[axis] - q3[3])
-        if high < 0.0 or low > wp.where(axis == 2, end, 0.0):
+        if high < 0.0 or low > (end if axis == 2 else 0.0):
             return False
     return True
 

@@ -173,7 +173,7 @@ def eval_whitted(
     is_closed = scene.meshes[surface.mesh].is_closed
     s.eta = passage_eta(is_closed, side, input_float(scene, surface, _IOR))
     local = s.diffuse + s.specular
-    s.has_local = wp.where(wp.max(local[0], wp.max(local[1], local[2])) > 0.0, 1, 0)
+    s.has_local = 1 if wp.max(local[0], wp.max(local[1], local[2])) > 0.0 else 0
     return s
 
 
@@ -208,7 +208,7 @@ def eval_preview(
     s.wo = wo
     opacity = wp.clamp(input_float(scene, surface, _OPACITY), 0.0, 1.0)
     if material.opacity_threshold > 0.0:
-        opacity = wp.where(opacity >= material.opacity_threshold, 1.0, 0.0)
+        opacity = 1.0 if opacity >= material.opacity_threshold else 0.0
     s.presence = 1.0
     if material.opacity_threshold > 0.0 or material.opacity_mode == OPACITY_PRESENCE:
         s.presence = opacity

@@ -33,7 +33,7 @@ def query_closest_hit(
     i = first + thread
     end = t_max[wp.min(i, t_max.shape[0] - 1)]
     hit = closest_hit(accels[0], origins[i], directions[i], end, stack_of_thread(stacks, thread))
-    t_out[i] = wp.where(hit.instance >= 0, hit.t, wp.inf)
+    t_out[i] = hit.t if hit.instance >= 0 else wp.inf
     u_out[i] = hit.u
     v_out[i] = hit.v
     triangle_out[i] = hit.triangle

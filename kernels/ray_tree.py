@@ -242,7 +242,7 @@ def trace_tree(
     while top > 0 and stop[0] == 0:
         top -= 1
         task = tasks[top]
-        reach = wp.where(task.depth == 1, t_max - travelled, wp.inf)
+        reach = t_max - travelled if task.depth == 1 else wp.inf
         hit = closest_hit_from(
             accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack, observer
         )
@@ -343,7 +343,7 @@ def render_tile(
     i = wp.tid()
     column = tile[0] + i % tile[2]
     row = tile[1] + i // tile[2]
-    scratch = wp.where(tasks.shape[0] > 1, i, 0)
+    scratch = i if tasks.shape[0] > 1 else 0
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
     mine = tasks[scratch]

@@ -34,7 +34,7 @@ def render_tile_costs(
     i = wp.tid()
     column = tile[0] + i % tile[2]
     row = tile[1] + i // tile[2]
-    scratch = wp.where(tasks.shape[0] > 1, i, 0)
+    scratch = i if tasks.shape[0] > 1 else 0
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
     mine = tasks[scratch]

@@ -129,7 +129,7 @@ def shape_st(controls: wp.array[wp.vec4], first: int, kind: int, p: wp.vec3) -> 
     x, y = perpendicular_frame(axis)
     offset = p - xyz(start)
     turn = wp.atan2(wp.dot(offset, y), wp.dot(offset, x)) / (2.0 * wp.pi)
-    s = wp.where(turn < 0.0, turn + 1.0, turn)
+    s = turn + 1.0 if turn < 0.0 else turn
     z = wp.dot(offset, axis)
     if kind == SPHERE:
         return wp.vec2(s, 0.5 + wp.asin(wp.clamp(z / start[3], -1.0, 1.0)) / wp.pi)

@@ -24,7 +24,7 @@ def wrap_texel(index: int, size: int, mode: int) -> int:
     if mode == WRAP_MIRROR:
         period = 2 * size
         k = index - period * int(wp.floor(float(index) / float(period)))
-        return wp.where(k < size, k, period - 1 - k)
+        return k if k < size else period - 1 - k
     return -1
 
 

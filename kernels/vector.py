@@ -25,7 +25,7 @@ def perpendicular_frame(z: wp.vec3):
 
     Reference: Duff et al. (2017), Building an Orthonormal Basis, Revisited, JCGT 6(1).
     """
-    sign = wp.where(z[2] >= 0.0, 1.0, -1.0)
+    sign = 1.0 if z[2] >= 0.0 else -1.0
     a = -1.0 / (sign + z[2])
     b = z[0] * z[1] * a
     return wp.vec3(1.0 + sign * z[0] * z[0] * a, sign * b, -sign * z[0]), wp.vec3(b, sign + z[1] * z[1] * a, -z[1])

@@ -50,3 +50,14 @@ def test_pictures_are_shown() -> None:
     for name in makers:
         assert (TUTORIAL / "images" / f"{name}.jpg").exists(), f"{name}: python docs/tutorial/build.py --pictures"
         assert f"images/{name}.jpg" in pages
+
+
+def test_the_python_of_the_pages_runs() -> None:
+    """What stands there to be typed; the blocks above which a comment names their source are not."""
+    for page in PAGES:
+        for block in re.findall(r"(?<!-->\n)```python\n(import.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+            names: dict[str, object] = {}
+            exec(block, names)
+            if "hit" in names:
+                hit = names["hit"]
+                assert (hit.t, round(hit.u, 6), round(hit.v, 6)) == (1.0, 0.2, 0.3)

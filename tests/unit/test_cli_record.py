@@ -152,7 +152,9 @@ def test_masks_and_session_layers(stage, capfd):
     )
     hidden = summary(capfd, "wall.usda", "a.png", "-w", "8", "--sessionLayer", "hide.usda")
     assert hidden["triangles"] == 1
-    assert record("wall.usda", "a.png", "--mask", "World") == 2
+    for mask in ("World", "/World/Wal"):
+        assert record("wall.usda", "a.png", "--mask", mask) == 2
+        assert mask in capfd.readouterr().err
     assert record("wall.usda", "a.png", "--sessionLayer", "none.usda") == 3
     assert "none.usda: cannot be read as a session layer" in capfd.readouterr().err
 

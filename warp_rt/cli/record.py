@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from warp_rt.scene import Camera, Scene
 
 _EPILOG = """\
-All flags of usdrecord are taken. Where there is nothing to do for them, nothing is done: --disableGpu, --resolver,
+All flags of usdrecord are taken; --renderer knows our own names only. Where there is nothing to do for them, nothing
+is done: --disableGpu, --resolver,
 --traceToFile, --traceFormat, --memstats; --disableDrawMode, as models are always drawn in full. Unlike usdrecord's,
 pictures are in sRGB with --disableGpu too.
 

@@ -70,11 +70,12 @@ class Terminal:
         for record in records:
             shown[record.code] += 1
             is_group = counts[record.code] > GROUP_LIMIT and self.verbosity == 0
+            label = ("warning:", _YELLOW) if record.is_warning else ("note:", _CYAN)
             if not is_group or shown[record.code] <= _SHOWN_OF_GROUP:
-                self._tell(*(("warning:", _YELLOW) if record.is_warning else ("note:", _CYAN)), record)
+                self._tell(*label, record)
             elif shown[record.code] == _SHOWN_OF_GROUP + 1:
                 rest = counts[record.code] - _SHOWN_OF_GROUP
-                self._tell("warning:", _YELLOW, f"{record.code}: and {rest} more of this kind (-v names them all)")
+                self._tell(*label, f"{record.code}: and {rest} more of this kind (-v names them all)")
 
     def info(self, message: object) -> None:
         """Tell what was done."""

@@ -96,7 +96,11 @@ def _compose(name: str, mask: Sequence[str], session_layer: str | os.PathLike[st
             raise SceneError(f"{session_layer}: cannot be read as a session layer: {error_text(error)}") from error
         if session is None:
             raise SceneError(f"{session_layer}: cannot be read as a session layer")
-    return Usd.Stage.OpenMasked(layer, session, population, Usd.Stage.LoadAll)
+    stage = Usd.Stage.OpenMasked(layer, session, population, Usd.Stage.LoadAll)
+    for path in mask:
+        if stage and not stage.GetPrimAtPath(path):
+            raise OptionError(f"mask: {path} is no prim of {name}")
+    return stage
 
 
 @contextmanager
