@@ -118,7 +118,7 @@ NO_TRIANGLE = wp.constant(-2)
 """Index of no triangle; an empty lane of a leaf packet has -1."""
 
 WATERTIGHT = wp.constant(0)
-"""``AccelData.intersector``: Woop, Benthin and Wald; eight triangles at once."""
+"""``AccelData.intersector``: Woop, Benthin and Wald; WIDTH triangles at once."""
 
 MOLLER_TRUMBORE = wp.constant(1)
 """``AccelData.intersector``: Moeller and Trumbore, triangle by triangle."""

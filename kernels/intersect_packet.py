@@ -290,17 +290,3 @@ def count_triangles_plain(leaves: wp.array[float], leaf: int, intersector: int, 
         if intersect_packet_triangle(leaves, leaf, lane, intersector, ray).t < t_max:
             count += 1
     return count
-
-
-@wp.func_native(
-    r"""
-#if defined(__CUDA_ARCH__)
-    return __ffs(mask) - 1;
-#else
-    return __builtin_ctz(mask);
-#endif
-"""
-)
-def lowest_bit(mask: int) -> int:
-    """Return the index of the lowest set bit of a mask that is not 0."""
-    ...

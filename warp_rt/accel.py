@@ -45,7 +45,8 @@ class BvhStatistics:
     depth: int
     """Levels of nodes on the longest way down, both levels."""
     sah_cost: float
-    """Nodes and leaf packets that a random line through the scene's box is expected to visit."""
+    """Nodes and leaf packets that a random line through the scene's box is expected to visit; 0 of a box without area.
+    """
     built_cost: float
     """``sah_cost`` when it was last built. Refitting keeps the trees, whose cost then drifts away from it."""
     bytes: int
@@ -292,6 +293,8 @@ def _place(
         world_from_local, local_from_world = world_from_local[placed], local_from_world[placed]
     references = refer_to_instances(tree, roots, trees.boxes, trees.nodes, world_from_local, workers)
     low, high = (references.array.numpy()[name][:, :3].copy() for name in ("low", "high"))
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise SceneError("instances: a transform takes geometry beyond the range of float32")
     top = build_forest(
         references,
         leaf_size=1,
@@ -344,6 +347,8 @@ def _empty(builder: str) -> _HostBvh:
 def _sah_cost(top: Forest, trees: _Trees, low: np.ndarray, high: np.ndarray, tree: np.ndarray) -> float:
     """Return the expected number of visits: those of the upper level, and a mesh's wherever an instance is entered."""
     world = _half_area(low.min(axis=0), high.max(axis=0))
+    if not world > 0:
+        return 0.0
     mesh = _half_area(trees.boxes[:, 0], trees.boxes[:, 1])
     in_mesh = np.divide(trees.costs, mesh, out=np.zeros(len(mesh)), where=mesh > 0)
     return float((top.costs[0] + (_half_area(low, high) * in_mesh[tree]).sum()) / world)

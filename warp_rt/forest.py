@@ -181,7 +181,7 @@ def _sort_by_morton_code(references: References, workers: Workers) -> tuple[Refe
 
 
 def pack_triangles(forest: Forest, points: wp.array, triangles: wp.array, workers: Workers) -> np.ndarray:
-    """Return the leaf packets of trees over triangles: float32, shape [leaf_count * 80].
+    """Return the leaf packets of trees over triangles: float32, shape [leaf_count * LEAF_FLOATS].
 
     Args:
         forest: From the references of ``triangles``.

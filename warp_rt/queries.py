@@ -58,7 +58,8 @@ def closest_hit(
     Args:
         accel: What to trace in.
         origins: World space, float32, shape [n, 3]; or a Warp array of vec3, shape [n], on the accel's device.
-        directions: Like ``origins``; of any length, which is the unit of t. A zero or non-finite one hits nothing.
+        directions: Like ``origins``; their lengths, from 1e-20 to 1e20, are the unit of t. A zero or non-finite one
+            hits nothing.
         t_max: End of the rays: one number, or shape [n].
         threads: CPU threads; None: one a core.
         out: Arrays to write to, of the kind and device of ``origins``.

@@ -109,6 +109,15 @@ class Shapes:
     has_st: bool = False
     """Whether the parametrisation stands in for a primvar ``st``; never of tubes."""
 
+    def __post_init__(self) -> None:
+        """Refuse numbers that a hierarchy cannot be built over.
+
+        Raises:
+            SceneError: A point is not finite, or a radius is not or is negative.
+        """
+        if not (np.isfinite(self.points).all() and np.isfinite(self.radii).all() and (self.radii >= 0).all()):
+            raise SceneError("shapes: finite points and finite radii of at least 0 expected")
+
 
 @dataclass(frozen=True)
 class Instances:
@@ -128,6 +137,15 @@ class Instances:
     """int32, shape [n], row of ``Scene.instance_paths`` or -1 where the geometry is not instanced: the instanceId."""
     primvars: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Values that take precedence over the mesh's primvar of that name: float32, shape [n, c]; a row of NaN: none."""
+
+    def __post_init__(self) -> None:
+        """Refuse transforms that place nothing anywhere.
+
+        Raises:
+            SceneError: A number is not finite.
+        """
+        if not np.isfinite(self.world_from_local).all():
+            raise SceneError("instances: finite transforms expected")
 
     def __len__(self) -> int:
         return len(self.mesh)

@@ -30,13 +30,14 @@ WORDS = {
     "08_hierarchy_levels.py": "level 7: 128 boxes",
     "09_ray_tree.py": "All 10 nodes sum to 0.664",
 }
-PICTURES = {"01_render.py": {"mirror_teapot.png"}, "04_from_arrays.py": {"waves.png"}}
-PICTURES["08_hierarchy_levels.py"] = {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)}
-PICTURES["02_depth_series.py"] = {f"depth_series/depth_{depth}.png" for depth in range(1, 8)}
-PICTURES["08_hierarchy_levels.py"] = {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)}
-PICTURES["02_depth_series.py"] |= {f"depth_series/change_{depth}.png" for depth in range(2, 8)}
-PICTURES["08_hierarchy_levels.py"] = {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)}
-PICTURES["02_depth_series.py"] |= {"depth_series/series.png"}
+PICTURES = {
+    "01_render.py": {"mirror_teapot.png"},
+    "02_depth_series.py": {"depth_series/series.png"}
+    | {f"depth_series/depth_{depth}.png" for depth in range(1, 8)}
+    | {f"depth_series/change_{depth}.png" for depth in range(2, 8)},
+    "04_from_arrays.py": {"waves.png"},
+    "08_hierarchy_levels.py": {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)},
+}
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)

@@ -56,7 +56,7 @@ BAD = [
     ("b 0 0", "1: b: the file ends where a number is expected"),
     ("b 0 0\n\nblue", "3: b: a number expected, got 'blue'"),
     ("b 0 0 nan", "1: b: a number expected, got 'nan'"),
-    ("b 0 0 1e300", "1: b: 1e300 is not within 1e+15"),
+    ("b 0 0 1e300", "1: b: 1e300 is not within 1e+12"),
     ("b 0 0 0\nb 1 1 1", "2: b: a second background"),
     (f"{VIEW}{VIEW}", "8: v: a second viewpoint"),
     ("v\nfrom 0 0 0\nangle 45", "1: v: at, up, resolution missing"),

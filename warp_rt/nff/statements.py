@@ -25,7 +25,7 @@ SUFFIXES = (".nff", ".nff.gz")
 Vector = tuple[float, ...]
 
 _MAX_BYTES = 1 << 30  # of a file, unpacked
-_MAX_NUMBER = 1e15  # as for coordinates of USD stages
+_MAX_NUMBER = 1e12  # as for coordinates of USD stages
 _MAX_RESOLUTION = 1 << 16
 _VIEW_PARTS = ("from", "at", "up", "angle", "hither", "resolution")
 

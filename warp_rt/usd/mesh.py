@@ -30,8 +30,8 @@ BAD_INFLUENCES = "W131"
 INVALID_VALUE = "W114"
 EMPTY = "N910"
 
-# Rays lose hits beyond a distance of 1e19 and products of coordinates must stay inside float32's range.
-MAX_COORDINATE = 1e15
+# The watertight test multiplies three coordinates, which must stay inside float32's range: 1e13 does, 1e14 does not.
+MAX_COORDINATE = 1e12
 
 # Schemes whose surface is smooth. A bilinear surface is its cage, corners and all.
 _SMOOTH_SCHEMES = ("catmullClark", "loop")
