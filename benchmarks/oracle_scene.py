@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rt.scene import Light, LightKind, Material, Scene
+from warp_rt.scene import Light, LightKind, Material, Mesh, Scene
 
 
 def describe(scene: Scene, width: int, height: int) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -16,7 +16,8 @@ def describe(scene: Scene, width: int, height: int) -> tuple[dict[str, Any], dic
 
     Args:
         scene: With a perspective camera, WhittedSurface constants, and lights that are the lecture's points or distant
-            ones of angle 0; whatever else it has is left out.
+            ones of angle 0; whatever else it has, exact spheres too,
+            is left out.
         width: Of the picture [pixel].
         height: Of the picture [pixel].
 
@@ -28,6 +29,8 @@ def describe(scene: Scene, width: int, height: int) -> tuple[dict[str, Any], dic
     first = 0
     for row, mesh_row in enumerate(scene.instances.mesh):
         mesh, matrix = scene.meshes[mesh_row], scene.instances.world_from_local[row]
+        if not isinstance(mesh, Mesh):
+            continue
         points = mesh.points @ matrix[:3, :3].T + matrix[:3, 3]
         corner = points[mesh.triangles]
         if mesh.normals is None:
