@@ -8,6 +8,7 @@ python examples/03_aovs.py
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import warp_rt
 
@@ -25,3 +26,5 @@ for prim in np.unique(ids):
     else:
         nearest, up = depth[here].min(), (normal[here][:, 2] > 0.99).mean()
         print(f"{here.mean():6.1%}  {film.prims[prim]}: from {nearest:.1f} units away, {up:.0%} of it level")
+
+Image.fromarray((255 * (0.5 + 0.5 * normal)).astype(np.uint8)).save("normals.png")

@@ -8,6 +8,7 @@ python examples/05_rays.py
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import warp_rt
 
@@ -27,3 +28,10 @@ for degrees, t, instance in zip(np.degrees(angle), hits.t, hits.instance, strict
 
 blocked = warp_rt.any_hit(accel, origins, directions, t_max=3.0)
 print(f"{np.count_nonzero(blocked)} of {len(blocked)} ways are blocked within 3 units")
+
+# A map of heights: rays straight down, a grid of them.
+x, y = np.meshgrid(np.linspace(-6, 6, 360), np.linspace(5, -5, 300))
+above = np.stack([x, y, np.full_like(x, 10)], axis=-1).reshape(-1, 3)
+down = warp_rt.closest_hit(accel, above, np.broadcast_to([0.0, 0.0, -1.0], above.shape))
+heights = np.clip(10 - down.t.reshape(x.shape), 0, 5)
+Image.fromarray((255 * heights / 5).astype(np.uint8)).save("heights.png")

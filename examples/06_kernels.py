@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 import warp as wp
+from PIL import Image, ImageDraw
 
 from warp_rt.kernels.vector import reflect, refract, refraction_discriminant
 from warp_rt.warp_setup import init_warp
@@ -36,3 +37,14 @@ rays = wp.array(np.float32([[1, 0, -1], [0, 2, -1], [3, 3, -3]]), dtype=wp.vec3,
 mirrored = wp.empty_like(rays)
 wp.launch(bounce, dim=len(rays), inputs=[rays, normal, mirrored], device="cpu")
 print(mirrored.numpy())
+
+# A fan of rays that enter glass from above.
+picture = Image.new("RGB", (400, 300), "white")
+draw = ImageDraw.Draw(picture)
+draw.rectangle((0, 150, 400, 300), fill="#cfe3f2")
+for degrees in range(0, 90, 15):
+    way = wp.vec3(math.sin(math.radians(degrees)), 0.0, -math.cos(math.radians(degrees)))
+    inside = refract(way, normal, 1.0 / 1.5)
+    draw.line((200 - 140 * way[0], 150 + 140 * way[2], 200, 150), fill="#c75b12", width=2)
+    draw.line((200, 150, 200 + 140 * inside[0], 150 - 140 * inside[2]), fill="#1f5fa8", width=2)
+picture.save("refraction.png")

@@ -25,3 +25,6 @@ for body, share in shares.most_common():
 
 total = sum(sum(node.contribution) for node in tree)
 print(f"All {len(tree)} nodes sum to {total:.6f}, the pixel's channels to {sum(tree.value):.6f}")
+
+tree.save_usd("ray_tree.usda")  # the scene with the rays in it, as curves
+warp_rt.render("ray_tree.usda", width=320, device="cpu").save("ray_tree.png")

@@ -35,7 +35,11 @@ PICTURES = {
     "02_depth_series.py": {"depth_series/series.png"}
     | {f"depth_series/depth_{depth}.png" for depth in range(1, 8)}
     | {f"depth_series/change_{depth}.png" for depth in range(2, 8)},
+    "03_aovs.py": {"normals.png"},
     "04_from_arrays.py": {"waves.png"},
+    "05_rays.py": {"heights.png"},
+    "06_kernels.py": {"refraction.png"},
+    "09_ray_tree.py": {"ray_tree.usda", "ray_tree.png"},
     "08_hierarchy_levels.py": {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)},
 }
 
