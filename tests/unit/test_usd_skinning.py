@@ -180,3 +180,17 @@ def test_the_stage_is_left_as_it_was() -> None:
     load_stage(stage)
     assert stage.GetRootLayer().ExportToString() == before
     assert tuple(UsdGeom.Mesh(stage.GetPrimAtPath("/root/m")).GetPointsAttr().Get()[1]) == (2, 0, 0)
+
+
+def test_influences_of_curves_that_do_not_fit_are_told_too() -> None:
+    strand = """
+        point3f[] points = [(0, 0, 0), (2, 0, 0)]
+        int[] curveVertexCounts = [2]
+        uniform token type = "linear"
+        float[] widths = [1] (interpolation = "constant")
+    """
+    fitting = JOINTS.replace("[0, 1, 1, 0]", "[0, 1]").replace("[1, 1, 1, 1]", "[1, 1]")
+    for joints, end, codes in ((fitting, (1, 6, 0), set()), (fitting.replace("[0, 1]", "[0, 7]"), (2, 0, 0), {"W131"})):
+        scene = load_stage(stage_of(f'def BasisCurves "m" ({BOUND}) {{ {strand} {joints}\n}}'))
+        np.testing.assert_allclose(world_points(scene)[0, 1], end, atol=1e-6)
+        assert {record.code for record in scene.diagnostics if record.code[0] == "W"} == codes

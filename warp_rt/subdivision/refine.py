@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from warp_rt.subdivision.topology import INFINITE, Topology, wear
+from warp_rt.subdivision.topology import Topology, wear
 
 SMOOTH_TRIANGLE_WEIGHT = 0.470
 """Weight of a triangle's face point in the edge points of ``triangleSubdivisionRule = "smooth"``, 0.25 for others."""
@@ -157,6 +157,3 @@ def loop_beta(valence: np.ndarray) -> np.ndarray:
 def sum_rows(rows: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     """Return the sums of values by row: float64, shape [count, k] of [m, k]."""
     return np.stack([np.bincount(rows, column, count) for column in values.T], axis=1).reshape(count, -1)
-
-
-__all__ = ["INFINITE", "Step", "loop_beta", "sum_rows"]

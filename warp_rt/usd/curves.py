@@ -18,7 +18,7 @@ from warp_rt.usd.arrays import float_rows, integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, MAX_COORDINATE, MeshSource
 from warp_rt.usd.primvars import lay_out, read_primvar, read_primvars
-from warp_rt.usd.skinning import Skin
+from warp_rt.usd.skinning import Skin, pose
 
 TYPES = ("Points", "BasisCurves")
 BAD_CURVES = "W117"
@@ -92,8 +92,7 @@ def read_shapes(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin |
     if points is None or not len(points):
         report.warn(EMPTY, path, f"{prim.GetTypeName()} without points")
         return None
-    posed = None if skin is None else skin.points(points)
-    points = points if posed is None else posed
+    points, _ = pose(points, skin, prim, report)
     if prim.GetTypeName() == "Points":
         layout = _lay_out_points(len(points))
     else:

@@ -17,7 +17,7 @@ from warp_rt.triangulate import triangulate
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Layout, lay_out, read_primvar, read_primvars
-from warp_rt.usd.skinning import Skin
+from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
 from warp_rt.usd.subsets import read_face_slots
 
@@ -26,7 +26,6 @@ BAD_INDEX = "W102"
 BAD_POINT = "W103"
 BAD_TOPOLOGY = "W104"
 BAD_HOLE = "W113"
-BAD_INFLUENCES = "W131"
 INVALID_VALUE = "W114"
 EMPTY = "N910"
 
@@ -105,13 +104,7 @@ def read_mesh(
     if not len(points) or not len(counts):
         report.warn(EMPTY, path, "mesh without points or faces")
         return None
-    if skin is not None:
-        posed = skin.points(points)
-        if posed is None:
-            report.warn(BAD_INFLUENCES, path, "joint influences do not fit the points: drawn in its rest pose")
-            skin = None
-        else:
-            points = posed
+    points, skin = pose(points, skin, prim, report)
     is_usable = np.isfinite(points).all(axis=1) & (np.abs(points) <= MAX_COORDINATE).all(axis=1)
     polygons = drawable_polygons(is_usable, counts, indices, str(path), report)
     points = np.where(is_usable[:, None], points, np.float32(0))
@@ -124,7 +117,8 @@ def read_mesh(
         return None
     surface = None
     if level and scheme in _SMOOTH_SCHEMES:
-        surface = read_surface(prim, level, _cage_topology(len(points), polygons), attributes, time, report)
+        cage_topology = _cage_topology(len(points), polygons)
+        surface = read_surface(prim, level, cage_topology, attributes, time, report, is_loop=scheme == "loop")
     if surface is not None:
         shape = _refined_shape(cage, surface, polygons, is_shown)
     elif scheme in _SMOOTH_SCHEMES:

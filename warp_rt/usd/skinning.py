@@ -12,7 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
+from warp_rt.report import Report
 from warp_rt.usd.arrays import integers, vector_rows
+
+REST_POSE = "W131"
 
 
 @dataclass(frozen=True)
@@ -93,6 +96,17 @@ class Skin:
         if not mapper:
             return self.joints
         return mapper.RemapTransforms(self.joints, Vt.Matrix4dArray(len(self.query.GetJointOrder())))
+
+
+def pose(points: np.ndarray, skin: Skin | None, prim: Usd.Prim, report: Report) -> tuple[np.ndarray, Skin | None]:
+    """Return a prim's points as its skin deforms them, and the skin; the points alone, told, where it does not fit."""
+    if skin is None:
+        return points, None
+    posed = skin.points(points)
+    if posed is None:
+        report.warn(REST_POSE, prim.GetPath(), "joint influences do not fit the points: drawn in its rest pose")
+        return points, None
+    return posed, skin
 
 
 class SkinReader:

@@ -53,6 +53,8 @@ def read_surface(
     attributes: AttributeReader,
     time: Usd.TimeCode,
     report: Report,
+    *,
+    is_loop: bool,
 ) -> Surface | None:
     """Return the refined surface of a mesh of scheme ``catmullClark`` or ``loop``; None, told, where it has none.
 
@@ -63,15 +65,15 @@ def read_surface(
         attributes: Reader of the mesh's tokens.
         time: When arrays are read.
         report: Takes the diagnostics.
+        is_loop: Whether the scheme is ``loop``.
 
     Raises:
         LimitError: The surface would have more faces than can be meant.
     """
-    is_loop = attributes.token("subdivisionScheme", "catmullClark", ("catmullClark", "loop")) == "loop"
     if is_loop and (cage.counts != 3).any():
         report.warn(NOT_TRIANGLES, prim.GetPath(), "scheme loop with faces that are no triangles: drawn as its cage")
         return None
-    faces = (4 if is_loop else 1) * (len(cage.counts) if is_loop else len(cage.corners)) * 4 ** (level - 1)
+    faces = (4 * len(cage.counts) if is_loop else len(cage.corners)) * 4 ** (level - 1)
     if faces > MAX_FACES:
         raise LimitError(f"{prim.GetPath()}: refined {level} times it has {faces} faces; {MAX_FACES} can be meant")
     rules = Rules(

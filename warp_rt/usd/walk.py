@@ -26,13 +26,12 @@ from warp_rt.usd.mesh import INVALID_VALUE, MeshSource, read_mesh
 from warp_rt.usd.placement import MAX_INSTANCES, Group, GroupBuilder, PlacedPrim, Values
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, is_regular, read_point_instances
 from warp_rt.usd.primvars import inherited_constants, read_constants
-from warp_rt.usd.skinning import Skin, SkinReader
+from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.stage import error_text
 
 BAD_TRANSFORM = "W105"
 CYCLE = "W123"
 UNSUPPORTED = "W130"
-REST_POSE = "W131"
 DRAW_MODE = "W132"
 UNSUPPORTED_SCHEMA = "W133"
 UNLOADED = "N906"
