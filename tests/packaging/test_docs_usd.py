@@ -155,11 +155,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
                 "NurbsCurves",
                 "HermiteCurves",
                 "NurbsPatch",
-                "TetMesh",
                 "Volume",
             )
         ),
-        {"/NurbsCurves", "/HermiteCurves", "/NurbsPatch", "/TetMesh", "/Volume"},
+        {"/NurbsCurves", "/HermiteCurves", "/NurbsPatch", "/Volume"},
     ),
     "W131": (
         f'def SkelRoot "r" {{ def Mesh "m" {{ {QUAD}\n'

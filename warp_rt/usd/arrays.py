@@ -40,6 +40,14 @@ def integers(value: Any) -> np.ndarray | None:
     return array.astype(np.int64) if array is not None and array.ndim == 1 and array.dtype.kind in "iu" else None
 
 
+def integer_rows(value: Any, width: int) -> np.ndarray | None:
+    """Return vectors of ``width`` integers: int64, shape [n, width]; None for anything else."""
+    array = _numbers(value)
+    if array is None or array.dtype.kind not in "iu" or (array.size and array.shape[1:] != (width,)):
+        return None
+    return array.astype(np.int64).reshape(-1, width)
+
+
 def _numbers(value: Any) -> np.ndarray | None:
     if value is None or isinstance(value, str):
         return None

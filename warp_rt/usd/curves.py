@@ -55,9 +55,9 @@ class ShapeLayout:
     curve: np.ndarray
     """int64, shape [n], curve of each shape."""
 
-    def element_count(self, interpolation: str) -> int | None:
-        """Return how many elements an interpolation asks for; None if there is no such interpolation."""
-        return self.counts.get(interpolation)
+    def element_counts(self, interpolation: str) -> tuple[int, ...]:
+        """Return the numbers of elements that fit an interpolation; none if there is no such interpolation."""
+        return (self.counts[interpolation],) if interpolation in self.counts else ()
 
     def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
         """Return values, shape [k, c], along each shape; ``indices`` say which of them each element takes."""
@@ -214,7 +214,7 @@ def _radii(prim: Usd.Prim, layout: ShapeLayout, time: Usd.TimeCode, report: Repo
         values = float_rows(schema.GetWidthsAttr().Get(time))
         if values is not None and len(values):
             interpolation = str(schema.GetWidthsInterpolation())
-            if len(values) == 1 and layout.element_count(interpolation) != 1:
+            if len(values) == 1 and layout.element_counts(interpolation) != (1,):
                 interpolation = "constant"  # a single width is all that many files have, whatever they call it
             widths = lay_out(values, None, interpolation, layout, str(prim.GetPath()), "widths", report)
     if widths is None:

@@ -129,9 +129,9 @@ def read_mesh(
     if attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded":
         shape = _turned(shape)
     if scheme == "none":
-        normals = _read_normals(schema, shape.layout, time, report)
+        normals = read_normals(schema, shape.layout, time, report)
         if normals is not None and skin is not None:
-            normals = _pose_normals(normals, shape.layout, skin)
+            normals = pose_normals(normals, shape.layout, skin)
         shape = replace(shape, normals=normals)
 
     layout, normals = shape.layout, shape.normals
@@ -343,7 +343,7 @@ def _is_hole(schema: UsdGeom.Mesh, face_count: int, time: Usd.TimeCode, report: 
     return is_hole
 
 
-def _read_normals(schema: UsdGeom.Mesh, layout: Layout, time: Usd.TimeCode, report: Report) -> Primvar | None:
+def read_normals(schema: UsdGeom.PointBased, layout: Layout, time: Usd.TimeCode, report: Report) -> Primvar | None:
     """Return authored normals; ``primvars:normals`` takes precedence over the attribute ``normals``."""
     path = str(schema.GetPath())
     primvar = UsdGeom.PrimvarsAPI(schema).GetPrimvar("normals")
@@ -365,7 +365,7 @@ def _read_normals(schema: UsdGeom.Mesh, layout: Layout, time: Usd.TimeCode, repo
     return normals
 
 
-def _pose_normals(normals: Primvar, layout: Layout, skin: Skin) -> Primvar | None:
+def pose_normals(normals: Primvar, layout: Layout, skin: Skin) -> Primvar | None:
     """Return normals deformed by a skin; where they are the faces' own, None, for the faces turn with their points."""
     if normals.indices is None:
         return None

@@ -29,8 +29,8 @@ _NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|n
 class Elements(Protocol):
     """How a prim's elements are numbered, and how their values come to what is drawn of them."""
 
-    def element_count(self, interpolation: str) -> int | None:
-        """Return how many elements an interpolation asks for; None if there is no such interpolation."""
+    def element_counts(self, interpolation: str) -> tuple[int, ...]:
+        """Return the numbers of elements that fit an interpolation; none if there is no such interpolation."""
 
     def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
         """Return the primvar of values, shape [k, c]; ``indices`` say which of them each element takes."""
@@ -50,19 +50,19 @@ class Layout:
     corners: np.ndarray
     """int32, shape [m, 3], face-vertex of each triangle corner."""
 
-    def element_count(self, interpolation: str) -> int | None:
-        """Return how many elements an interpolation asks for; None if there is no such interpolation."""
+    def element_counts(self, interpolation: str) -> tuple[int, ...]:
+        """Return the numbers of elements that fit an interpolation; none if there is no such interpolation."""
         counts = {
-            "constant": 1,
-            "uniform": self.face_count,
-            "varying": self.point_count,
-            "vertex": self.point_count,
-            "faceVarying": self.corner_count,
+            "constant": (1,),
+            "uniform": (self.face_count,),
+            "varying": (self.point_count,),
+            "vertex": (self.point_count,),
+            "faceVarying": (self.corner_count,),
         }
-        return counts.get(interpolation)
+        return counts.get(interpolation, ())
 
-    def elements(self, interpolation: str) -> np.ndarray | None:
-        """Return the element at each triangle corner, int32, shape [m, 3]; None: element 0 everywhere."""
+    def elements(self, interpolation: str, count: int) -> np.ndarray | None:
+        """Return which of ``count`` elements each triangle corner takes, int32, shape [m, 3]; None: the first."""
         if interpolation == "constant":
             return None
         if interpolation == "uniform":
@@ -71,7 +71,7 @@ class Layout:
 
     def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
         """Return values, shape [k, c], by triangle corner; ``indices`` say which of them each element takes."""
-        elements = self.elements(interpolation)
+        elements = self.elements(interpolation, len(values if indices is None else indices))
         if indices is None:
             return Primvar(values[:1] if elements is None else values, elements)
         if elements is None:
@@ -142,14 +142,15 @@ def lay_out(
         name: Attribute, for diagnostics.
         report: Takes the diagnostics.
     """
-    expected = layout.element_count(interpolation)
-    if expected is None:
+    expected = layout.element_counts(interpolation)
+    if not expected:
         report.warn(WRONG_LENGTH, prim, f"{name} left out: there is no interpolation {interpolation!r}")
         return None
     length = len(values) if indices is None else len(indices)
-    if length != expected:
+    if length not in expected:
         if interpolation != "constant" or not length:
-            report.warn(WRONG_LENGTH, prim, f"{name} left out: {length} elements, {interpolation} needs {expected}")
+            needed = " or ".join(map(str, expected))
+            report.warn(WRONG_LENGTH, prim, f"{name} left out: {length} elements, {interpolation} needs {needed}")
             return None
         report.warn(WRONG_LENGTH, prim, f"{name}: {length} elements, constant takes the first")
     if indices is not None and (indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(values)):

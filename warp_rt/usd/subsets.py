@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
@@ -14,13 +16,33 @@ OVERLAP = "W110"
 BAD_FACE = "W111"
 
 
+@dataclass(frozen=True, eq=False)
+class FaceGroups:
+    """Elements that faces belong to, and that subsets may name instead of faces."""
+
+    element_type: str
+    """GeomSubset's token for them."""
+    plural: str
+    """What diagnostics call them."""
+    count: int
+    of_face: np.ndarray
+    """int64, shape [face_count], element of each face; -1: none."""
+
+
 def read_face_slots(
-    prim: Usd.Prim, face_count: int, time: Usd.TimeCode, report: Report
+    prim: Usd.Prim, face_count: int, time: Usd.TimeCode, report: Report, groups: FaceGroups | None = None
 ) -> tuple[np.ndarray | None, tuple[str, ...]]:
     """Return the material slot of each face and the names of the subsets that the slots from 1 on stand for.
 
     Subsets of the family ``materialBind`` count. Of several that claim a face, the first in namespace order has it;
     faces of none stay in slot 0, which is the mesh's own binding.
+
+    Args:
+        prim: The mesh.
+        face_count: Of the mesh.
+        time: When the subsets' attributes are read.
+        report: Takes the diagnostics.
+        groups: What the mesh consists of besides faces.
 
     Returns:
         int32, shape [face_count], None where there are no such subsets; names of child prims.
@@ -35,22 +57,29 @@ def read_face_slots(
             if child.GetRelationship("material:binding").HasAuthoredTargets():
                 report.warn(BAD_FACE, child.GetPath(), "its material left out: it is not of the family materialBind")
             continue
-        if subset.GetElementTypeAttr().Get(time) != "face":
-            report.warn(BAD_FACE, child.GetPath(), "subset left out: only subsets of faces take materials")
+        kind = subset.GetElementTypeAttr().Get(time)
+        if kind == "face":
+            count, plural, of_face = face_count, "faces", np.arange(face_count)
+        elif groups is not None and kind == groups.element_type:
+            count, plural, of_face = groups.count, groups.plural, groups.of_face
+        else:
+            known = " and ".join(["faces", *([groups.plural] if groups else [])])
+            report.warn(BAD_FACE, child.GetPath(), f"subset left out: only subsets of {known} take materials")
             continue
         value = subset.GetIndicesAttr().Get(time)
-        faces = integers(value)
-        if faces is None and value is not None:
+        elements = integers(value)
+        if elements is None and value is not None:
             report.warn(BAD_FACE, child.GetPath(), f"subset left out: its indices hold a {type(value).__name__}")
-        faces = np.zeros(0, np.int64) if faces is None else np.unique(faces)
-        inside = faces[(faces >= 0) & (faces < face_count)]
-        if len(inside) < len(faces):
-            report.warn(BAD_FACE, child.GetPath(), f"{len(faces) - len(inside)} indices name no face of the mesh")
-        free = inside[slots[inside] == 0]
-        if len(free) < len(inside):
-            report.warn(
-                OVERLAP, child.GetPath(), f"{len(inside) - len(free)} faces belong to an earlier subset already"
-            )
+        elements = np.zeros(0, np.int64) if elements is None else np.unique(elements)
+        is_inside = (elements >= 0) & (elements < count)
+        if not is_inside.all():
+            report.warn(BAD_FACE, child.GetPath(), f"{(~is_inside).sum()} indices name no {plural} of the mesh")
+        is_named = np.zeros(count + 1, bool)  # the last stands for -1
+        is_named[elements[is_inside]] = True
+        faces = np.flatnonzero(is_named[of_face])
+        free = faces[slots[faces] == 0]
+        if len(free) < len(faces):
+            report.warn(OVERLAP, child.GetPath(), f"{len(faces) - len(free)} faces belong to an earlier subset already")
         names.append(child.GetName())
         slots[free] = len(names)
     return (slots, tuple(names)) if names else (None, ())

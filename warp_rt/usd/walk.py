@@ -28,6 +28,7 @@ from warp_rt.usd.point_instancer import BAD_PROTOTYPE, is_regular, read_point_in
 from warp_rt.usd.primvars import inherited_constants, read_constants
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.stage import error_text
+from warp_rt.usd.tet_mesh import read_tet_mesh
 
 BAD_TRANSFORM = "W105"
 CYCLE = "W123"
@@ -227,7 +228,7 @@ class StageWalk:
             self.render_prims.append(str(prim.GetPath()))
         elif not traits.is_known:
             self._report.warn(UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: left out")
-        if kind == "Mesh" or kind in curves.TYPES:
+        if kind in ("Mesh", "TetMesh", *curves.TYPES):
             if is_shown:
                 self._add_mesh(prim, here, builder)
         elif kind in implicit.TYPES:
@@ -261,6 +262,8 @@ class StageWalk:
         if key not in self._sources:
             if prim.GetTypeName() in curves.TYPES:
                 source = curves.read_shapes(prim, self._time, self._report, skin)
+            elif prim.GetTypeName() == "TetMesh":
+                source = read_tet_mesh(prim, self._time, self._report, skin)
             else:
                 source = read_mesh(prim, self._time, self._report, skin=skin, level=self._level)
             self._sources[key] = None if source is None else (self._add(source.mesh), source)
