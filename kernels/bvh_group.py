@@ -16,20 +16,10 @@ from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import is_ray_finite, transform_ray
 from .constants import ALL_RAYS, GROUP, GROUP_FLOATS, GROUP_MIN, LEAVE_INSTANCE
-from .intersect_group import (
-    GroupStack,
-    bound_group,
-    copy_group_ray,
-    count_rays,
-    drop_first,
-    first_ray,
-    greatest_end,
-    group_ray,
-    meet_triangles,
-    push_children_group,
-    push_group,
-    set_group_ray,
-)
+from .group_stack import GroupStack, push_children_group, push_group
+from .intersect_group import meet_triangles
+from .ray_group import bound_group, copy_group_ray, greatest_end, group_ray, set_group_ray
+from .ray_set import count_rays, drop_first, first_ray
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -11,6 +11,7 @@ from .bounds import intersect_box
 from .bvh_structs import Stack
 from .constants import NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
 from .intersect_packet import VECTOR_TYPES, PacketRay
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -21,6 +22,30 @@ def push(stack: Stack, top: int, code: int, t: float):
     stack.codes[top] = code
     stack.distances[top] = t
 
+
+NODE_ROWS = spell_out(
+    r"""
+    const float* rows = (const float*)nodes.data + (size_t)node * NODE_FLOATS;
+    const int* children = (const int*)rows + NODE_CHILDREN;
+    const unsigned int* order = (const unsigned int*)rows + NODE_ORDERS + 2 * octant;
+    const int flip_x = octant & 1 ? 48 : 0, flip_y = octant & 2 ? 48 : 0, flip_z = octant & 4 ? 48 : 0;
+    const float *near_x = rows + flip_x, *near_y = rows + 16 + flip_y, *near_z = rows + 32 + flip_z;
+    const float *far_x = rows + 48 - flip_x, *far_y = rows + 64 - flip_y, *far_z = rows + 80 - flip_z;
+""",
+    NODE_FLOATS=NODE_FLOATS,
+    NODE_CHILDREN=NODE_CHILDREN,
+    NODE_ORDERS=NODE_ORDERS,
+)
+"""For native functions that have ``nodes``, a ``node`` and an ``octant``: its children, their order, the planes that
+rays of the octant meet first and last."""
+
+LANES_IN_ORDER = r"""
+    typedef long long longs __attribute__((ext_vector_type(8)));
+    typedef long long long_load __attribute__((aligned(4)));
+    const ints shifts = {0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28};
+    const ints lanes = __builtin_bit_cast(ints, (longs)(*(const long_load*)order)) >> shifts;
+"""
+"""For AVX-512, after NODE_ROWS: the lane at each position of the order, in the low 4 bits."""
 
 # With AVX-512, a packed store writes the lanes of a mask without gaps.
 _PACKED_STORE = r"""
@@ -33,12 +58,10 @@ _PACKED_STORE = r"""
 
 _PUSH_CHILDREN = (
     r"""
-    const float* rows = (const float*)nodes.data + (size_t)node * 128;
-    const int* children = (const int*)rows + 96;
-    const unsigned int* order = (const unsigned int*)rows + 112 + 2 * ray.octant;
-    const int flip_x = ray.octant & 1 ? 48 : 0, flip_y = ray.octant & 2 ? 48 : 0, flip_z = ray.octant & 4 ? 48 : 0;
-    const float *near_x = rows + flip_x, *near_y = rows + 16 + flip_y, *near_z = rows + 32 + flip_z;
-    const float *far_x = rows + 48 - flip_x, *far_y = rows + 64 - flip_y, *far_z = rows + 80 - flip_z;
+    const int octant = ray.octant;
+"""
+    + NODE_ROWS
+    + r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     for (int position = 0; position < 16; ++position) {
         const int lane = order[position & 1] >> (4 * (position >> 1)) & 15;
@@ -73,10 +96,9 @@ _PUSH_CHILDREN = (
     const floats leave_xy = WARP_RT_MIN(leave_x, leave_y);
     const floats t_leave = WARP_RT_MIN(leave_xy, leave_zt);
 #if defined(__AVX512F__)
-    typedef long long longs __attribute__((ext_vector_type(8)));
-    typedef long long long_load __attribute__((aligned(4)));
-    const ints shifts = {0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28};
-    const ints lanes = __builtin_bit_cast(ints, (longs)(*(const long_load*)order)) >> shifts;
+"""
+    + LANES_IN_ORDER
+    + r"""
     const floats entering = __builtin_ia32_permvarsf512(t_enter, lanes);
     const floats leaving = __builtin_ia32_permvarsf512(t_leave, lanes);
     const ints codes = __builtin_ia32_permvarsi512(WARP_RT_LOAD_INTS(children), lanes);

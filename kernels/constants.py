@@ -37,7 +37,13 @@ ALL_RAYS = wp.constant(wp.uint32(0xFFFFFFFF))
 """The set of all rays of a group."""
 
 GROUP_ROWS = wp.constant(18)
-"""Rows of a group, one word a ray; intersect_group.py names them."""
+"""Rows of a group, one word a ray; ray_group.py says what they hold."""
+
+INVERSE_ROW = wp.constant(3)
+FAR_ROW = wp.constant(6)
+SHEAR_ROW = wp.constant(9)
+AXES_ROW = wp.constant(12)
+DIRECTION_ROW = wp.constant(15)
 
 GROUP_FLOATS = wp.constant(588)
 """float32 words of a group: its rows of 32, then 12 bounds."""

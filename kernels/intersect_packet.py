@@ -29,6 +29,7 @@ from .intersect_triangle import (
     shear_factors,
     triangle_miss,
 )
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -91,14 +92,18 @@ typedef bool bools __attribute__((ext_vector_type(16)));
 #define WARP_RT_MASK(m) __builtin_bit_cast(unsigned short, __builtin_convertvector((m), bools))
 """
 
-LEAF_ROWS = r"""
-    const float* rows = (const float*)leaves.data + (size_t)leaf * 160;
+LEAF_ROWS = spell_out(
+    r"""
+    const float* rows = (const float*)leaves.data + (size_t)leaf * LEAF_FLOATS;
     const float *row_x = rows + 16 * ray.axes[0], *row_y = rows + 16 * ray.axes[1], *row_z = rows + 16 * ray.axes[2];
     const float origin_x = ray.origin[ray.axes[0]], origin_y = ray.origin[ray.axes[1]];
     const float origin_z = ray.origin[ray.axes[2]];
     const float shear_x = ray.shear[0], shear_y = ray.shear[1], shear_z = ray.shear[2];
-    const int* ids = (const int*)rows + 144;
-"""
+    const int* ids = (const int*)rows + LEAF_IDS;
+""",
+    LEAF_FLOATS=LEAF_FLOATS,
+    LEAF_IDS=LEAF_IDS,
+)
 
 ONE_TRIANGLE = r"""
         const float az = row_z[lane] - origin_z, bz = row_z[48 + lane] - origin_z, cz = row_z[96 + lane] - origin_z;

@@ -8,10 +8,12 @@ CUDA does without: there, other warps run while one waits.
 import warp as wp
 
 from .constants import LEAF_FLOATS, NODE_FLOATS
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
-PREFETCH_CHILD = r"""
+PREFETCH_CHILD = spell_out(
+    r"""
 #if !defined(__CUDA_ARCH__)
     {
         const float* target = code >= 0 ? (const float*)nodes.data + (size_t)code * NODE_FLOATS
@@ -20,7 +22,10 @@ PREFETCH_CHILD = r"""
             __builtin_prefetch(target + word);
     }
 #endif
-""".replace("NODE_FLOATS", str(NODE_FLOATS)).replace("LEAF_FLOATS", str(LEAF_FLOATS))
+""",
+    NODE_FLOATS=NODE_FLOATS,
+    LEAF_FLOATS=LEAF_FLOATS,
+)
 """For native functions that have ``nodes``, ``leaves`` and a child's ``code``; what ``prefetch_child`` does."""
 
 

@@ -11,8 +11,8 @@ from warp_rt.kernels.bvh_flight import Flights, RayInFlight
 from warp_rt.kernels.bvh_group import RayGroup
 from warp_rt.kernels.bvh_structs import Stack
 from warp_rt.kernels.constants import FLIGHTS, GROUP, GROUP_FLOATS, GROUP_SPAN, WIDTH
-from warp_rt.kernels.intersect_group import GroupStack
-from warp_rt.kernels.query_group import RaySpan
+from warp_rt.kernels.group_stack import GroupStack
+from warp_rt.kernels.trace_span import RaySpan
 
 
 def take_ray_span(accel: Accel) -> RaySpan:

@@ -8,23 +8,12 @@ import warp as wp
 from warp_rt.kernels.bvh_stack import push_children
 from warp_rt.kernels.bvh_structs import Stack
 from warp_rt.kernels.constants import GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, LEAF_FLOATS, WIDTH
-from warp_rt.kernels.intersect_group import (
-    GroupStack,
-    bound_group,
-    bound_group_plain,
-    count_rays,
-    drop_first,
-    first_ray,
-    greatest_end,
-    group_ray,
-    load_group,
-    load_group_plain,
-    meet_triangles,
-    meet_triangles_plain,
-    push_children_group,
-    push_children_group_plain,
-)
-from warp_rt.kernels.query_group import are_scattered, sort_by_octant, sort_by_octant_plain
+from warp_rt.kernels.gather_rays import load_group, load_group_plain
+from warp_rt.kernels.group_stack import GroupStack, push_children_group, push_children_group_plain
+from warp_rt.kernels.intersect_group import meet_triangles, meet_triangles_plain
+from warp_rt.kernels.ray_group import bound_group, bound_group_plain, greatest_end, group_ray
+from warp_rt.kernels.ray_set import count_rays, drop_first, first_ray
+from warp_rt.kernels.trace_span import are_scattered, sort_by_octant, sort_by_octant_plain
 from warp_rt.warp_setup import init_warp
 
 init_warp()

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A span of successive rays, which a worker of the CPU takes through the hierarchy the way that suits them."""
+
+import warp as wp
+
+from .bvh_flight import Flights, is_for_flights, trace_flights
+from .bvh_group import RayGroup, trace_group
+from .bvh_structs import AccelData
+from .bvh_traverse import is_ray_finite
+from .constants import GROUP, GROUP_SPAN, SCATTER_STRIDE, SCATTERED
+from .gather_rays import load_group
+from .intersect_packet import octant_of
+from .native import spell_out
+from .per_type import per_type
+from .ray_results import Results, is_satisfied_by_any, trace_single, write_flight, write_group
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+@wp.struct
+class RaySpan:
+    """Scratch memory of a span of rays."""
+
+    order: wp.array[int]
+    """Nine lists of rays, shape [9 GROUP_SPAN]: by octant of the direction, and last those that are not finite."""
+    sizes: wp.array[int]
+    """Rays on each list, shape [9]."""
+    group: RayGroup
+    flights: Flights
+
+
+_SORT = r"""
+    const float* origin = (const float*)origins.data + 3 * (size_t)first;
+    const float* direction = (const float*)directions.data + 3 * (size_t)first;
+    int* lists = (int*)order.data;
+    int counts[9] = {};
+    for (int ray = 0; ray < count; ++ray, origin += 3, direction += 3) {
+        const float total = origin[0] + origin[1] + origin[2] + direction[0] + direction[1] + direction[2];
+        const int octant = (direction[0] < 0.0f) + 2 * (direction[1] < 0.0f) + 4 * (direction[2] < 0.0f);
+        const int list = total - total == 0.0f ? octant : 8;
+        lists[list * GROUP_SPAN + counts[list]] = first + ray;
+        ++counts[list];
+    }
+    for (int list = 0; list < 9; ++list)
+        ((int*)sizes.data)[list] = counts[list];
+"""
+
+
+@wp.func_native(spell_out(_SORT, GROUP_SPAN=GROUP_SPAN))
+def sort_by_octant(
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    first: int,
+    count: int,
+    order: wp.array[int],
+    sizes: wp.array[int],
+):
+    """List ``count`` rays from ``first`` on by octant, in their order; those that are not finite make a ninth list.
+
+    Args:
+        origins: Contiguous.
+        directions: Likewise.
+        first: First ray.
+        count: At most GROUP_SPAN.
+        order: Output, nine lists of GROUP_SPAN rays each.
+        sizes: Output, how many are on each, shape [9].
+    """
+    ...
+
+
+@wp.func
+def sort_by_octant_plain(
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    first: int,
+    count: int,
+    order: wp.array[int],
+    sizes: wp.array[int],
+):
+    """Write what ``sort_by_octant`` writes, in plain Warp."""
+    for i in range(9):
+        sizes[i] = 0
+    for i in range(first, first + count):
+        row = int(8)
+        if is_ray_finite(origins[i], directions[i]):
+            row = octant_of(directions[i])
+        order[row * GROUP_SPAN + sizes[row]] = i
+        sizes[row] = sizes[row] + 1
+
+
+@wp.func
+def are_scattered(origins: wp.array[wp.vec3], first: int, count: int) -> bool:
+    """Return whether successive rays start as far from each other as any two of the span do: they come in no order.
+
+    Judged by every SCATTER_STRIDE-th pair of neighbours. Points at random are a third of their extent apart, those of
+    neighbouring pixels a small part of it.
+    """
+    low = origins[first]
+    high = origins[first]
+    steps = float(0.0)
+    pairs = int(0)
+    for i in range(first, first + count - 1, SCATTER_STRIDE):
+        a = origins[i]
+        b = origins[i + 1]
+        low = wp.min(low, wp.min(a, b))
+        high = wp.max(high, wp.max(a, b))
+        steps += wp.abs(a[0] - b[0]) + wp.abs(a[1] - b[1]) + wp.abs(a[2] - b[2])
+        pairs += 1
+    extent = high - low
+    return steps > SCATTERED * float(pairs) * (extent[0] + extent[1] + extent[2])
+
+
+@per_type
+def trace_span(
+    accel: wp.ref[AccelData],
+    span: wp.ref[RaySpan],
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    begin: int,
+    size: int,
+    results: Results,
+):
+    """Trace rays ``begin`` to ``begin + size``, and write what becomes of them.
+
+    In groups by octant; where they come in no order, several in flight at a time over a hierarchy beyond the caches,
+    else one by one.
+
+    Args:
+        accel: Hierarchies.
+        span: Scratch memory.
+        origins: Of all rays, contiguous.
+        directions: Likewise.
+        t_max: One value for all rays, or one a ray.
+        begin: First ray.
+        size: At most GROUP_SPAN.
+        results: Output.
+    """
+    is_any = is_satisfied_by_any(results)
+    is_scattered = are_scattered(origins, begin, size)
+    if is_scattered and is_for_flights(accel):
+        trace_flights(accel, span.flights, origins, directions, t_max, begin, size, is_any)
+        for row in range(size):
+            write_flight(accel, results, begin + row, span.flights, row)
+    elif is_scattered:
+        for ray in range(begin, begin + size):
+            end = t_max[wp.min(ray, t_max.shape[0] - 1)]
+            trace_single(accel, results, ray, origins[ray], directions[ray], end, span.group.single_stack)
+    else:
+        sort_by_octant(origins, directions, begin, size, span.order, span.sizes)
+        for octant in range(9):
+            start = octant * GROUP_SPAN
+            end_of_list = start + span.sizes[octant]
+            while start < end_of_list:
+                count = wp.min(GROUP, end_of_list - start)
+                if octant < 8:
+                    load_group(
+                        origins, directions, t_max, span.order, start, count, span.group.rays, 0, span.group.ends
+                    )
+                    trace_group(accel, span.group, count, is_any)
+                write_group(accel, results, span.order, start, count, octant < 8, span.group)
+                start += count
