@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Sub-pixel sample positions: a fixed low-discrepancy sequence of pixel, sample and seed alone."""
+"""Sample positions: a fixed low-discrepancy sequence of pixel, sample and seed alone."""
 
 import warp as wp
 
@@ -11,6 +11,10 @@ _NIBBLES_LOW, _NIBBLES_HIGH = wp.constant(wp.uint32(0x0F0F0F0F)), wp.constant(wp
 _PAIRS_LOW, _PAIRS_HIGH = wp.constant(wp.uint32(0x33333333)), wp.constant(wp.uint32(0xCCCCCCCC))
 _BITS_LOW, _BITS_HIGH = wp.constant(wp.uint32(0x55555555)), wp.constant(wp.uint32(0xAAAAAAAA))
 _TOP_BIT = wp.constant(wp.uint32(0x80000000))
+_SHUFFLE_A, _SHUFFLE_B = wp.constant(wp.uint32(0x6C50B47C)), wp.constant(wp.uint32(0xB82F1E52))
+_SHUFFLE_C, _SHUFFLE_D = wp.constant(wp.uint32(0xC7AFE638)), wp.constant(wp.uint32(0x8D22F6E6))
+# Each domain of integration has a key of its own; the pixel's own area has the pixel's.
+_LENS = wp.constant(wp.uint32(0x9E3779B9))
 
 
 @wp.func
@@ -63,6 +67,36 @@ def sobol_second(index: wp.uint32) -> wp.uint32:
 
 
 @wp.func
+def sequence_point(index: wp.uint32, key: wp.uint32) -> wp.vec2:
+    """Return a point of the (0, 2)-sequence, in [0, 1)^2, scrambled by the bits of a key: a (0, 2)-sequence again."""
+    return wp.vec2(unit_float(radical_inverse(index) ^ key), unit_float(sobol_second(index) ^ hash_uint(key)))
+
+
+@wp.func
+def shuffle_index(index: wp.uint32, key: wp.uint32) -> wp.uint32:
+    """Return the index of a sample in a sequence of another domain, so that the two are not correlated.
+
+    A nested uniform permutation: the first 2^m indices become, in another order, some 2^m that follow one another from
+    a multiple of 2^m on, whose points are as well distributed as the first.
+
+    Reference: Burley (2020), Practical Hash-based Owen Scrambling, JCGT 9(4), sections 3 and 4.
+    """
+    x = radical_inverse(index)
+    x = x + key
+    x = x ^ (x * _SHUFFLE_A)
+    x = x ^ (x * _SHUFFLE_B)
+    x = x ^ (x * _SHUFFLE_C)
+    x = x ^ (x * _SHUFFLE_D)
+    return radical_inverse(x)
+
+
+@wp.func
+def pixel_key(x: int, y: int, seed: int) -> wp.uint32:
+    """Return the scrambling of a pixel of the whole image."""
+    return hash_uint(wp.uint32(x) + hash_uint(wp.uint32(y) + hash_uint(wp.uint32(seed))))
+
+
+@wp.func
 def sample_position(x: int, y: int, sample: int, sample_count: int, seed: int) -> wp.vec2:
     """Return where in its pixel a sample lies, both coordinates in [0, 1); the centre if there is only one.
 
@@ -70,8 +104,28 @@ def sample_position(x: int, y: int, sample: int, sample_count: int, seed: int) -
     """
     if sample_count == 1:
         return wp.vec2(0.5, 0.5)
-    key = hash_uint(wp.uint32(x) + hash_uint(wp.uint32(y) + hash_uint(wp.uint32(seed))))
-    index = wp.uint32(sample)
-    u = radical_inverse(index) ^ key
-    v = sobol_second(index) ^ hash_uint(key)
-    return wp.vec2(unit_float(u), unit_float(v))
+    return sequence_point(wp.uint32(sample), pixel_key(x, y, seed))
+
+
+@wp.func
+def lens_position(x: int, y: int, sample: int, seed: int) -> wp.vec2:
+    """Return where on the lens, the unit disk about 0, a sample of a pixel lies, whatever its place in the pixel."""
+    key = hash_uint(pixel_key(x, y, seed) ^ _LENS)
+    return concentric_disk(sequence_point(shuffle_index(wp.uint32(sample), key), key))
+
+
+@wp.func
+def concentric_disk(p: wp.vec2) -> wp.vec2:
+    """Return the point of the unit disk that a point of the unit square is mapped to, areas in proportion.
+
+    Reference: Shirley and Chiu (1997), A Low Distortion Map Between Disk and Square, JGT 2(3).
+    """
+    a = 2.0 * p[0] - 1.0
+    b = 2.0 * p[1] - 1.0
+    if a == 0.0 and b == 0.0:
+        return wp.vec2(0.0, 0.0)
+    if wp.abs(a) > wp.abs(b):
+        turn = 0.25 * wp.pi * (b / a)
+        return wp.vec2(a * wp.cos(turn), a * wp.sin(turn))
+    turn = 0.5 * wp.pi - 0.25 * wp.pi * (a / b)
+    return wp.vec2(b * wp.cos(turn), b * wp.sin(turn))

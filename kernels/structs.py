@@ -206,6 +206,14 @@ class CameraData:
     is_perspective: wp.int32
     near: wp.float32
     far: wp.float32
+    planes: wp.array[wp.vec4]
+    """Clipping planes (a, b, c, d), world space, (a, b, c) unit: points where ax + by + cz + d < 0 are not seen."""
+    plane_count: wp.int32
+    lens_x: wp.vec3
+    """Radius of the lens, along two axes at right angles in its plane, world space."""
+    lens_y: wp.vec3
+    focus: wp.float32
+    """Distance of the plane in focus along the view; 0: there is no lens, all is sharp."""
     width: wp.int32
     """Of the whole image [pixel]; the film may be a crop of it."""
     height: wp.int32

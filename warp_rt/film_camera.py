@@ -8,6 +8,7 @@ import difflib
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from warp_rt.errors import SceneError
 from warp_rt.framing import frame_scene
@@ -98,15 +99,34 @@ def conform_window(
     return x - width / 2, x + width / 2, y - height / 2, y + height / 2
 
 
-def camera_data(camera: Camera, width: int, height: int, settings: Settings, origin: np.ndarray) -> Any:
+def has_lens(camera: Camera, settings: Settings) -> bool:
+    """Return whether a camera's pictures have depth of field."""
+    return camera.lens_radius > 0 and camera.focus_distance > 0 and not settings.disables_depth_of_field
+
+
+def world_planes(camera: Camera, origin: np.ndarray) -> np.ndarray:
+    """Return the clipping planes (a, b, c, d) of coordinates relative to a world point: float64, shape [n, 4].
+
+    (a, b, c) has length 1; planes for which it has none, and which therefore hide everything or nothing, keep their d.
+    """
+    planes = np.array(camera.clipping_planes, float).reshape(-1, 4) @ np.linalg.inv(camera.world_from_camera)
+    planes[:, 3] += planes[:, :3] @ origin
+    length = np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
+    return planes / np.where(length > 0, length, 1.0)
+
+
+def camera_data(
+    camera: Camera, width: int, height: int, settings: Settings, origin: np.ndarray, device: str = "cpu"
+) -> Any:
     """Return ``kernels.structs.CameraData`` of a picture of ``width`` by ``height`` pixels.
 
     Args:
         camera: As the scene has it.
         width: Of the whole picture [pixel].
         height: Likewise.
-        settings: Aspect policy and pixel aspect ratio.
+        settings: Aspect policy, pixel aspect ratio, whether there is depth of field.
         origin: World point that device coordinates are relative to.
+        device: Where its arrays lie.
     """
     aspect = width / height * settings.pixel_aspect_ratio
     left, right, bottom, top = conform_window(camera.window, aspect, settings.aspect_policy)
@@ -127,5 +147,12 @@ def camera_data(camera: Camera, width: int, height: int, settings: Settings, ori
     data.forward = forward
     data.is_perspective = int(camera.is_perspective)
     data.near, data.far = camera.clipping_range
+    planes = world_planes(camera, origin)
+    data.planes = wp.array(planes, dtype=wp.vec4, device=device)
+    data.plane_count = len(planes)
+    if has_lens(camera, settings):
+        axis = across / np.linalg.norm(across)
+        data.lens_x, data.lens_y = camera.lens_radius * axis, camera.lens_radius * np.cross(axis, forward)
+        data.focus = camera.focus_distance
     data.width, data.height = width, height
     return data

@@ -20,7 +20,7 @@ from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
 from warp_rt.film import Film, RayCounts
 from warp_rt.film_buffers import Rectangle, crop_area, make_film_buffers
-from warp_rt.film_camera import camera_data, choose_camera, frame_camera, image_size
+from warp_rt.film_camera import camera_data, choose_camera, frame_camera, has_lens, image_size
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
 from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, structs
@@ -147,7 +147,7 @@ class Renderer:
         with self._clock("render"):
             width, height = image_size(chosen, options, self.scene.settings)
             buffers = make_film_buffers(options.aovs, crop_area(options.crop, width, height), self.device)
-            eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin)
+            eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin, self.device)
             frame = frame_data(options, self.scene, eye)
             counts = self._trace(
                 [
@@ -196,7 +196,7 @@ class Renderer:
         area = crop_area(self.options.crop, width, height)
         _check_pixel(x, y, area)
         taken = _chosen_samples(samples, self.options.spp)
-        eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin)
+        eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin, self.device)
         frame = frame_data(self.options, self.scene, eye)
         shared = [
             self._array_of_one(device_scene.data, structs.SceneData),
@@ -263,6 +263,9 @@ class Renderer:
         if chosen is None:
             chosen = frame_camera(self.scene, self.options)
             notes.append(Diagnostic("N901", source, "no camera in the stage: the scene is framed"))
+        if self.options.spp == 1 and has_lens(chosen, self.scene.settings):
+            message = "one sample a pixel goes through the lens' centre: drawn sharp; --spp shows depth of field"
+            notes.append(Diagnostic("N930", chosen.path, message))
         device_scene, lights = self._device_scene, self.scene.lights
         if not self.scene.lights and not self.scene.domes:
             notes.append(Diagnostic("N902", source, "no light in the stage: a headlight is used"))

@@ -333,7 +333,7 @@ class Dome:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole or an orthographic camera that looks along its local -Z with +Y up."""
+    """A perspective or an orthographic camera that looks along its local -Z with +Y up."""
 
     path: str
     world_from_camera: np.ndarray
@@ -343,6 +343,12 @@ class Camera:
     is_perspective: bool = True
     clipping_range: tuple[float, float] = (0.0, np.inf)
     """Nearest and farthest distance along -Z that eye rays see."""
+    clipping_planes: tuple[tuple[float, float, float, float], ...] = ()
+    """(a, b, c, d) in the camera's space: eye rays do not see points where a x + b y + c z + d < 0."""
+    lens_radius: float = 0.0
+    """Half the aperture's diameter [scene unit]; 0: a pinhole."""
+    focus_distance: float = 0.0
+    """Distance along -Z of the plane in focus [scene unit]; 0: all is sharp, whatever the lens."""
     exposure_scale: float = 1.0
     """Linear factor on colour from the camera's exposure attributes."""
 
@@ -360,6 +366,7 @@ class Settings:
     background: tuple[float, float, float] | None = None
     depth: int | None = None
     threshold: float | None = None
+    disables_depth_of_field: bool = False
 
 
 # --- the whole

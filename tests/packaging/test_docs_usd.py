@@ -244,11 +244,12 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W412": (light("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = 0"), {"/l"}),
     "W413": (light("SphereLight", 'string inputs:intensity = "x"'), {"/l"}),
-    "W421": ('def Camera "c" { float fStop = 2\nfloat focusDistance = 5 }', {"/c"}),
-    "W422": ('def Camera "c" { float4[] clippingPlanes = [(0, 0, 1, 0)] }', {"/c"}),
+    "W421": ('def Camera "c" { float fStop = 2 }', {"/c"}),
+    "W422": ('def Camera "c" { int clippingPlanes = 1 }', {"/c"}),
     "W423": ('def Camera "c" { double shutter:open = -1 }', {"/c"}),
     "W424": ('def Camera "c" { float focalLength = 0 }', {"/c"}),
     "W425": ('def Camera "c" (prepend apiSchemas = ["BackPlateAPI:plate"]) {}', {"/c"}),
+    "W426": ('def Sphere "s" {}\ndef Camera "c" { float2 clippingRange = (5, 10) }', {"/c"}),
     "W501": ('def "a" (references = @gone.usda@) {}', {"/a"}),
     "W502": ('def "a" (references = </Gone>) {}', {"/a"}),
     "W503": ('def "a" (references = </a/b>) { def "b" {} }', {"/a"}),
@@ -344,7 +345,7 @@ def test_framing_and_headlight_are_notes(folder: Path) -> None:
 
 def test_every_code_of_the_documents_has_its_stage() -> None:
     documented = re.findall(r"^\| ([WN]\d{3}) \|", (DOCS / "diagnostics.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906"}
+    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906", "N930"}
 
 
 # --- what is supported

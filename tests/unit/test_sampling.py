@@ -5,7 +5,7 @@
 import numpy as np
 import warp as wp
 
-from warp_rt.kernels.sampling import sample_position
+from warp_rt.kernels.sampling import concentric_disk, lens_position, sample_position
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -15,6 +15,24 @@ init_warp()
 def positions(x: int, y: int, count: int, seed: int, out: wp.array[wp.vec2]):
     i = wp.tid()
     out[i] = sample_position(x, y, i, count, seed)
+
+
+@wp.kernel
+def lens_positions(x: int, y: int, seed: int, out: wp.array[wp.vec2]):
+    i = wp.tid()
+    out[i] = lens_position(x, y, i, seed)
+
+
+@wp.kernel
+def disk_points(points: wp.array[wp.vec2], out: wp.array[wp.vec2]):
+    i = wp.tid()
+    out[i] = concentric_disk(points[i])
+
+
+def on_lens(x: int, y: int, count: int, seed: int = 0) -> np.ndarray:
+    out = wp.zeros(count, dtype=wp.vec2, device="cpu")
+    wp.launch(lens_positions, dim=count, inputs=[x, y, seed, out], device="cpu")
+    return out.numpy()
 
 
 def sample(x: int, y: int, count: int, seed: int = 0) -> np.ndarray:
@@ -43,3 +61,38 @@ def test_pixels_and_seeds_differ_and_repeat() -> None:
     assert not np.allclose(a, b)
     assert not np.allclose(a, c)
     assert (a == sample(3, 4, 8)).all()
+
+
+def test_the_disk_map_keeps_areas_and_squares_become_rings() -> None:
+    """Shirley and Chiu: the square of half-side r becomes the disk of radius r, and eight sectors stay sectors."""
+    side = (np.arange(64) + 0.5) / 64
+    square = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2).astype(np.float32)
+    out = wp.zeros(len(square), dtype=wp.vec2, device="cpu")
+    wp.launch(disk_points, dim=len(square), inputs=[wp.array(square, dtype=wp.vec2, device="cpu"), out], device="cpu")
+    disk, centred = out.numpy(), 2 * square - 1
+    np.testing.assert_allclose(np.linalg.norm(disk, axis=1), np.abs(centred).max(axis=1), atol=1e-6)
+    octant = np.floor(np.arctan2(disk[:, 1], disk[:, 0]) / (np.pi / 4))
+    assert (
+        octant == np.floor(np.arctan2(centred[:, 1], centred[:, 0]) / (np.pi / 4))
+    ).mean() > 0.97  # but on diagonals
+    middle = wp.zeros(1, dtype=wp.vec2, device="cpu")
+    wp.launch(disk_points, dim=1, inputs=[wp.full(1, wp.vec2(0.5, 0.5), dtype=wp.vec2, device="cpu"), middle])
+    assert middle.numpy().tolist() == [[0.0, 0.0]]
+
+
+def test_samples_are_spread_over_the_lens_evenly() -> None:
+    """Rings of equal area, and sectors, each hold their share: the points are a (0, 8, 2)-net of the square."""
+    p = on_lens(5, 3, 256)
+    ring = np.floor(16 * np.sqrt((p**2).sum(axis=1)) ** 2).astype(int)
+    np.testing.assert_allclose(np.bincount(ring, minlength=16), 16, atol=4)
+    np.testing.assert_allclose(p.mean(axis=0), 0, atol=0.01)
+    assert not np.allclose(p, on_lens(6, 3, 256))
+
+
+def test_places_on_the_lens_do_not_follow_from_places_in_the_pixel() -> None:
+    """Every quarter of the pixel is seen through every quarter of the lens, equally often but for chance."""
+    p, q = sample(17, 4, 1024), on_lens(17, 4, 1024)
+    quarter = 2 * (p[:, 0] > 0.5) + (p[:, 1] > 0.5)
+    counts = np.bincount((4 * quarter + 2 * (q[:, 0] > 0) + (q[:, 1] > 0)).astype(int), minlength=16)
+    np.testing.assert_allclose(counts, 64, atol=32)  # four standard deviations of independent samples
+    assert np.abs(np.corrcoef(np.hstack([p, q]).T)[:2, 2:]).max() < 0.1

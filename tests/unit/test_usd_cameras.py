@@ -9,7 +9,7 @@ import pytest
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
-from warp_rt.usd.cameras import read_camera
+from warp_rt.usd.cameras import read_camera, report_hidden
 
 TIME = Usd.TimeCode.Default()
 
@@ -89,9 +89,6 @@ def test_lengths_that_make_no_sense_are_replaced_by_the_schemas(name):
 
 
 def test_what_is_ignored_is_named():
-    assert _read("float fStop = 2.8\nfloat focusDistance = 5")[1] == ["W421"]
-    assert _read("float fStop = 2.8")[1] == ["W421"]
-    assert _read("float4[] clippingPlanes = [(1, 0, 0, 0)]")[1] == ["W422"]
     assert _read("double shutter:open = -0.25\ndouble shutter:close = 0.25")[1] == ["W423"]
     assert _read("double shutter:open = 0.25\ndouble shutter:close = 0.25\nfloat fStop = 0")[1] == []
 
@@ -119,9 +116,63 @@ def test_values_of_a_wrong_type_are_named_and_those_of_the_schema_hold(body):
         assert getattr(camera, name) == getattr(expected, name)
 
 
-def test_clipping_planes_of_a_wrong_type_are_ignored_like_others():
-    assert _read("int clippingPlanes = 1")[1] == ["W422"]
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_the_aperture_is_the_focal_length_over_the_f_number(projection):
+    body = f'token projection = "{projection}"\nfloat fStop = 2.5\nfloat focusDistance = 7\nfloat focalLength = 40'
+    camera, codes, _ = _read(body)
+    assert camera.lens_radius == pytest.approx(40 * 0.1 / 2.5 / 2)  # tenths of a scene unit, over the f-number
+    assert (camera.focus_distance, codes) == (7, [])
+
+
+def test_a_lens_that_nothing_is_in_focus_of_stays_a_pinhole():
+    for body, expected in {
+        "float fStop = 2.8": ["W421"],
+        "float fStop = 2.8\nfloat focusDistance = -1": ["W421"],
+        "float focusDistance = 5": [],
+        "float fStop = -1\nfloat focusDistance = 5": [],
+    }.items():
+        camera, codes, _ = _read(body)
+        assert (camera.lens_radius, camera.focus_distance, codes) == (0, 0, expected)
+
+
+def test_clipping_planes():
+    camera, codes, _ = _read("float4[] clippingPlanes = [(1, 0, 0, -2), (0, 0, -1, 3)]")
+    assert (camera.clipping_planes, codes) == (((1, 0, 0, -2), (0, 0, -1, 3)), [])
     assert _read("float4[] clippingPlanes = []")[1] == []
+    for body in ("int clippingPlanes = 1", "float4[] clippingPlanes = [(1, 0, nan, 0)]"):
+        camera, codes, _ = _read(body)
+        assert (camera.clipping_planes, codes) == ((), ["W422"])
+
+
+BOX = np.array([[-1.0, -1, -1], [1, 1, 1]])
+FAR_BACK = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 10], [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize(
+    ("body", "hides"),
+    [
+        ("float2 clippingRange = (11.5, 100)", True),
+        ("float2 clippingRange = (10.5, 100)", False),
+        ("float2 clippingRange = (1, 8.5)", True),
+        ("float2 clippingRange = (1, 9.5)", False),
+        ("float4[] clippingPlanes = [(1, 0, 0, -1.5)]", True),  # x >= 1.5
+        ("float4[] clippingPlanes = [(1, 0, 0, -0.5)]", False),
+        ("float4[] clippingPlanes = [(0, 0, 1, 8)]", True),  # z >= -8, where the camera stands in z = 10
+    ],
+)
+def test_clipping_that_hides_everything_is_told(body, hides):
+    report = Report()
+    report_hidden([_read(body, FAR_BACK)[0]], BOX, report)
+    assert [d.code for d in report] == (["W426"] if hides else [])
+
+
+def test_a_scene_behind_the_camera_is_not_hidden_by_its_clipping():
+    report = Report()
+    behind = np.diag([1.0, 1, 1, 1])
+    behind[2, 3] = -10
+    report_hidden([_read("float2 clippingRange = (1, 100)", behind)[0]], BOX, report)
+    report_hidden([_read("float2 clippingRange = (1, 2)", behind)[0]], np.full((2, 3), np.nan), report)
+    assert not list(report)
 
 
 @pytest.mark.parametrize("f_number", ["1", "2.8", "0.5"])

@@ -9,21 +9,24 @@ Reference: UsdGeomCamera schema documentation.
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Camera
-from warp_rt.usd.arrays import float_rows
+from warp_rt.usd.arrays import vector_rows
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 
-DEPTH_OF_FIELD = "W421"
-CLIPPING_PLANES = "W422"
+NO_FOCUS = "W421"
+BAD_PLANES = "W422"
 MOTION_BLUR = "W423"
 INVALID_CAMERA = "W424"
 BACK_PLATE = "W425"
+HIDES_ALL = "W426"
 
 # The schema's fallbacks, which also stand in for values without meaning.
 _FOCAL_LENGTH = 50.0
@@ -45,19 +48,55 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
     attributes = AttributeReader(prim, time, INVALID_CAMERA, report)
     _report_ignored(prim, attributes, report)
     is_perspective = attributes.token("projection", _PROJECTIONS[0], _PROJECTIONS) == "perspective"
+    f_number = attributes.number("fStop", 0.0)
+    focal_length = _FOCAL_LENGTH
+    if is_perspective or f_number > 0:
+        focal_length = _positive(prim, "focalLength", attributes, _FOCAL_LENGTH, report)
+    lens_radius, focus_distance = _lens(prim, focal_length, f_number, attributes, report)
     width = _positive(prim, "horizontalAperture", attributes, _HORIZONTAL_APERTURE, report)
     height = _positive(prim, "verticalAperture", attributes, _VERTICAL_APERTURE, report)
     x = attributes.number("horizontalApertureOffset", 0.0)
     y = attributes.number("verticalApertureOffset", 0.0)
-    scale = 1 / _positive(prim, "focalLength", attributes, _FOCAL_LENGTH, report) if is_perspective else _TENTH
+    scale = 1 / focal_length if is_perspective else _TENTH
     return Camera(
         str(prim.GetPath()),
         _transform(prim, world_from_local, report),
         (scale * (x - width / 2), scale * (x + width / 2), scale * (y - height / 2), scale * (y + height / 2)),
         is_perspective=is_perspective,
         clipping_range=_clipping_range(prim, is_perspective, attributes, report),
+        clipping_planes=_clipping_planes(prim, attributes, report),
+        lens_radius=lens_radius,
+        focus_distance=focus_distance,
         exposure_scale=_exposure_scale(prim, attributes, report),
     )
+
+
+def report_hidden(cameras: Sequence[Camera], bounds: np.ndarray, report: Report) -> None:
+    """Report the cameras whose clipping hides the whole scene.
+
+    Args:
+        cameras: In world space.
+        bounds: Box of the scene, shape [2, 3]; NaN where there is none.
+        report: Takes the diagnostics.
+    """
+    if not np.isfinite(bounds).all():
+        return
+    corners = np.array([(x, y, z, 1.0) for x, y, z in itertools.product(*bounds.T)])
+    for camera in cameras:
+        matrix = camera.world_from_camera
+        forward = np.cross(matrix[:3, 1], matrix[:3, 0])
+        forward *= np.sign(forward @ -matrix[:3, 2]) / np.linalg.norm(forward)
+        depth = (corners[:, :3] - matrix[:3, 3]) @ forward
+        near, far = camera.clipping_range
+        in_camera = corners @ np.linalg.inv(matrix).T
+        is_ahead = depth.max() > 0 or not camera.is_perspective
+        if is_ahead and (depth.max() < near or depth.min() > far):
+            reach = f"from {depth.min():g} to {depth.max():g} away"
+            report.warn(HIDES_ALL, camera.path, f"clippingRange ({near:g}, {far:g}) hides the whole scene, {reach}")
+        for plane in camera.clipping_planes:
+            if (in_camera @ plane < 0).all():
+                shown_plane = ", ".join(f"{number:g}" for number in plane)
+                report.warn(HIDES_ALL, camera.path, f"the clipping plane ({shown_plane}) hides the whole scene")
 
 
 def _positive(prim: Usd.Prim, name: str, attributes: AttributeReader, default: float, report: Report) -> float:
@@ -93,6 +132,32 @@ def _clipping_range(
     return max(value[0], 0.0) if is_perspective else value[0], value[1]
 
 
+def _clipping_planes(
+    prim: Usd.Prim, attributes: AttributeReader, report: Report
+) -> tuple[tuple[float, float, float, float], ...]:
+    value = attributes.value("clippingPlanes")
+    rows = vector_rows(value, 4)
+    if rows is None or not np.isfinite(rows).all():
+        if value is not None:
+            report.warn(BAD_PLANES, prim.GetPath(), "clippingPlanes are not rows of 4 finite numbers; ignored")
+        return ()
+    return tuple((a, b, c, d) for a, b, c, d in rows.tolist())
+
+
+def _lens(
+    prim: Usd.Prim, focal_length: float, f_number: float, attributes: AttributeReader, report: Report
+) -> tuple[float, float]:
+    """Return the radius of the lens and the distance of the plane in focus [scene unit]; zeros: all is sharp."""
+    if f_number <= 0:
+        return 0.0, 0.0
+    focus_distance = attributes.number("focusDistance", 0.0)
+    if focus_distance <= 0:
+        # Which would blur everything without end.
+        report.warn(NO_FOCUS, prim.GetPath(), "fStop is set without a focusDistance above 0; drawn sharp")
+        return 0.0, 0.0
+    return _TENTH * focal_length / f_number / 2, focus_distance
+
+
 def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> float:
     """Return the factor from radiance to pixel values (UsdGeomCamera, "Exposure Attributes")."""
     f_number = attributes.number("exposure:fStop", 1.0)
@@ -108,15 +173,6 @@ def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report)
 
 def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
     path = prim.GetPath()
-    if attributes.number("fStop", 0.0) > 0:
-        if attributes.number("focusDistance", 0.0) > 0:
-            report.warn(DEPTH_OF_FIELD, path, "depth of field is not supported yet; drawn sharp")
-        else:
-            report.warn(DEPTH_OF_FIELD, path, "fStop is set without a focusDistance; drawn sharp")
-    planes = attributes.value("clippingPlanes")
-    rows = float_rows(planes)
-    if planes is not None and (rows is None or len(rows)):
-        report.warn(CLIPPING_PLANES, path, "clippingPlanes are not supported; ignored")
     if attributes.number("shutter:open", 0.0) != attributes.number("shutter:close", 0.0):
         report.warn(MOTION_BLUR, path, "motion blur is not supported yet; the shutter is instantaneous")
     if any(schema.startswith("BackPlateAPI:") for schema in prim.GetAppliedSchemas()):

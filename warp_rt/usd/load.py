@@ -13,7 +13,7 @@ from pxr import Tf, Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene, Shapes
-from warp_rt.usd.cameras import read_camera
+from warp_rt.usd.cameras import read_camera, report_hidden
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import MAX_COORDINATE
@@ -103,7 +103,7 @@ def load_stage(
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"
             report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
         up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
-    return Scene(
+    scene = Scene(
         meshes=tuple(walk.meshes),
         instances=instances,
         prims=tuple(walk.prims),
@@ -120,8 +120,9 @@ def load_stage(
         meters_per_unit=meters_per_unit,
         source=source,
         time=None if code.IsDefault() else code.GetValue(),
-        diagnostics=tuple(report),
     )
+    report_hidden(scene.cameras, scene.bounds(), report)
+    return replace(scene, diagnostics=tuple(report))
 
 
 def _instances(group: Group, walk: StageWalk, report: Report) -> tuple[Instances, tuple[str, ...]]:

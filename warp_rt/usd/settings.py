@@ -69,6 +69,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
             background=reader.color("warp_rt:background"),
             depth=reader.depth(),
             threshold=reader.threshold(),
+            disables_depth_of_field=reader.truth("disableDepthOfField"),
         ),
         reader.purposes(),
     )
@@ -225,6 +226,11 @@ class _Reader:
             return found[0] if found else None
         self._invalid("warp_rt:threshold", f"{found[0]:g} is below 0")
         return None
+
+    def truth(self, name: str) -> bool:
+        """Return a truth value, false where nothing is authored."""
+        found = self._numbers(name, 1)
+        return found is not None and bool(found[0])
 
     def purposes(self) -> tuple[str, ...] | None:
         """Return includedPurposes where authored, and report the settings that nothing is made of."""
