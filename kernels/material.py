@@ -213,6 +213,8 @@ def eval_preview(
     if material.opacity_threshold > 0.0 or material.opacity_mode == OPACITY_PRESENCE:
         s.presence = opacity
         opacity = 1.0
+    if material.is_single_sided != 0 and side < 0.0:
+        s.presence = 0.0
 
     color = input_vec3(scene, surface, _DIFFUSE_COLOR)
     metallic = wp.clamp(input_float(scene, surface, _METALLIC), 0.0, 1.0)

@@ -107,6 +107,8 @@ class MaterialData:
     use_specular_workflow: wp.int32
     opacity_mode: wp.int32
     opacity_threshold: wp.float32
+    is_single_sided: wp.int32
+    """Whether it is absent from behind."""
     has_normal_map: wp.int32
 
 

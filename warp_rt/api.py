@@ -40,6 +40,7 @@ def load_scene(
     session_layer: str | PathLike[str] | None = None,
     render_settings: str | None = None,
     render_pass: str | None = None,
+    draw_modes: bool = True,
 ) -> Scene:
     """Return the scene that a USD stage, or a file in Haines' Neutral File Format, holds.
 
@@ -56,6 +57,7 @@ def load_scene(
         session_layer: A layer that a file is opened with, stronger than the file itself.
         render_settings: Path of the RenderSettings prim; None: the one that the stage's metadata name.
         render_pass: Path of a RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
+        draw_modes: Whether models are replaced by boxes, axes or cards as ``model:drawMode`` says.
 
     Raises:
         SceneError: The file cannot be read, it is neither a path nor a stage, or there are no such settings.
@@ -73,6 +75,7 @@ def load_scene(
         asked = {"time": time is not None, "default_time": default_time, "purposes": purposes is not None}
         asked |= {"mask": bool(mask), "session_layer": session_layer is not None}
         asked |= {"render_settings": render_settings is not None, "render_pass": render_pass is not None}
+        asked |= {"draw_modes": not draw_modes}
         given = [name for name, is_given in asked.items() if is_given]
         if given:
             raise OptionError(f"{path_or_stage}: {', '.join(given)}: only of USD stages")
@@ -89,6 +92,7 @@ def load_scene(
         settings_path=render_settings,
         pass_path=render_pass,
         level=level,
+        draw_modes=draw_modes,
     )
 
 

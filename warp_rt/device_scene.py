@@ -232,6 +232,7 @@ def _material_record(material: Material) -> dict[str, Any]:
         "use_specular_workflow": material.use_specular_workflow,
         "opacity_mode": int(material.opacity_mode),
         "opacity_threshold": material.opacity_threshold,
+        "is_single_sided": material.is_single_sided,
         "has_normal_map": normal is not None and normal.texture >= 0,
     }
 

@@ -260,6 +260,8 @@ class Material:
     use_specular_workflow: bool = False
     opacity_mode: OpacityMode = OpacityMode.TRANSPARENT
     opacity_threshold: float = 0.0
+    is_single_sided: bool = False
+    """Whether it is not there for rays that meet it from behind, as the cards of a model's draw mode are."""
 
 
 # --- lights and cameras

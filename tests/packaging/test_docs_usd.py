@@ -167,7 +167,8 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W132": (
         'def Xform "x" (kind = "component"\nprepend apiSchemas = ["GeomModelAPI"]) {\n'
-        'uniform token model:drawMode = "bounds"\ndef Sphere "s" {}\n}',
+        'uniform token model:drawMode = "cards"\nuniform token model:cardGeometry = "fromTexture"\n'
+        "asset model:cardTextureXPos = @DIR/good.png@\n}",
         {"/x"},
     ),
     "W133": ('def Xform "x" (prepend apiSchemas = ["LODRootAPI"]) {}', {"/x"}),

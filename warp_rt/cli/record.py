@@ -26,9 +26,8 @@ if TYPE_CHECKING:
 
 _EPILOG = """\
 All flags of usdrecord are taken; --renderer knows our own names only. Where there is nothing to do for them, nothing
-is done: --disableGpu, --resolver,
---traceToFile, --traceFormat, --memstats; --disableDrawMode, as models are always drawn in full. Unlike usdrecord's,
-pictures are in sRGB with --disableGpu too.
+is done: --disableGpu, --resolver, --traceToFile, --traceFormat, --memstats. Unlike usdrecord's, pictures are in sRGB
+with --disableGpu too.
 
 FRAMES is as in warp-rt render. OUT is written, also where the render settings' products have names of their own.
 """
@@ -60,7 +59,7 @@ def parser() -> Parser:
     usdrecord.add_argument(
         "--renderer", "-r", metavar="NAME", help=f"of {', '.join(INTEGRATORS)}, as --integrator says"
     )
-    for flag in ("--disableGpu", "--disableDrawMode", "--memstats"):
+    for flag in ("--disableGpu", "--memstats"):
         usdrecord.add_argument(flag, action="store_true", help=argparse.SUPPRESS)
     for flag in ("--resolver", "--traceToFile", "--traceFormat"):
         usdrecord.add_argument(flag, help=argparse.SUPPRESS)

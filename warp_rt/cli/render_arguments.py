@@ -38,6 +38,13 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
         help="subdivision surfaces: the cage, or refined 1, 2 or 3 times (default: %(default)s)",
     )
     view.add_argument(
+        "--disable-draw-mode",
+        "--disableDrawMode",
+        dest="draw_modes",
+        action="store_false",
+        help="draw models in full, whatever their draw mode",
+    )
+    view.add_argument(
         "--mask", type=names, default=(), metavar="PATH[,PATH]", help="compose these prims only, with all below them"
     )
     view.add_argument(

@@ -43,6 +43,7 @@ def read_stage(args: argparse.Namespace, voice: Voice, *, time: float | None, ou
         session_layer=args.session_layer,
         render_settings=args.render_settings,
         render_pass=args.render_pass,
+        draw_modes=args.draw_modes,
     )
     voice.diagnostics(scene.diagnostics)
     if args.strict:

@@ -49,6 +49,7 @@ def load_stage(
     settings_path: str | None = None,
     pass_path: str | None = None,
     level: int = 0,
+    draw_modes: bool = True,
 ) -> Scene:
     """Return the scene that a stage shows at one time.
 
@@ -63,6 +64,7 @@ def load_stage(
         settings_path: RenderSettings prim; None: the one that the stage's metadata name.
         pass_path: RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
         level: Refinements of subdivision surfaces.
+        draw_modes: Whether models are replaced as their draw modes say.
 
     Raises:
         SceneError: The file is missing or is not USD, or there are no such settings.
@@ -82,7 +84,7 @@ def load_stage(
         settings, settings_purposes = read_settings(stage, report, settings_path)
         chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
         materials = MaterialReader(stage, code, report)
-        walk = StageWalk(stage, code, frozenset(chosen), materials, report, level=level)
+        walk = StageWalk(stage, code, frozenset(chosen), materials, report, level=level, has_draw_modes=draw_modes)
         group = walk.walk()
         lights, domes = _read_lights(group, materials, code, report)
         cameras = _read_cameras(group, code, report)

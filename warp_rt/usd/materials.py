@@ -84,19 +84,25 @@ class MaterialReader:
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
         if not material:
             self._warn_dangling(prim)
-            return self._display_color()
+            return self.display_color()
         path = material.GetPath()
         if path not in self._rows:
             self._rows[path] = self._add(material)
         return self._rows[path]
 
-    def _display_color(self) -> int:
+    def display_color(self) -> int:
+        """Return the row of the material of prims that have none."""
         path = Sdf.Path.emptyPath
         if path not in self._rows:
-            self._rows[path] = self._append(_display_color_material())
+            self._rows[path] = self.add(_display_color_material())
         return self._rows[path]
 
-    def _append(self, material: Material) -> int:
+    def add_texture(self, texture: Texture) -> int:
+        """Return the row of a new texture."""
+        return self._inputs.add(texture)
+
+    def add(self, material: Material) -> int:
+        """Return the row of a new material."""
         self.materials.append(material)
         return len(self.materials) - 1
 
@@ -108,23 +114,23 @@ class MaterialReader:
             if surface.id == "WhittedSurface":
                 inputs = self._read_inputs(surface.shader, _WHITTED_INPUTS, material.GetPrim())
                 self._warn_unknown_inputs(surface.shader)
-                return self._append(Material(path, MaterialModel.WHITTED, inputs))
+                return self.add(Material(path, MaterialModel.WHITTED, inputs))
             if is_preview_surface(surface.id):
-                return self._append(self._preview_surface(path, surface.shader, material.GetPrim()))
+                return self.add(self._preview_surface(path, surface.shader, material.GetPrim()))
         for surface in surfaces:
             terms = foreign_terms(surface.id)
             if terms is not None:
                 message = f"the surface {surface.id!r} is approximated by a UsdPreviewSurface"
                 self._report.warn(APPROXIMATED_SURFACE, surface.shader.GetPath(), message)
                 inputs = self._foreign_inputs(surface.shader, terms, material.GetPrim())
-                return self._append(Material(path, MaterialModel.PREVIEW, inputs))
+                return self.add(Material(path, MaterialModel.PREVIEW, inputs))
         for surface in surfaces:
             kind = f"the surface {surface.id!r}" if surface.id else "a surface without info:id"
             message = f"{kind} is not supported; displayColor is shown"
             self._report.warn(UNKNOWN_SURFACE, surface.shader.GetPath(), message)
         if not surfaces:
             self._report.warn(NO_SURFACE, path, "has no surface; displayColor is shown")
-        return self._display_color()
+        return self.display_color()
 
     def _surfaces(self, material: UsdShade.Material) -> list[Node]:
         """Return the shaders on a material's surface outputs, those that are preferred first."""

@@ -20,6 +20,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh, Shapes
 from warp_rt.usd import curves, implicit
 from warp_rt.usd.attribute_values import AttributeReader, shown
+from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, inherited_card_visibility, is_replaced
 from warp_rt.usd.lights import is_light
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import INVALID_VALUE, MeshSource, read_mesh
@@ -33,7 +34,6 @@ from warp_rt.usd.tet_mesh import read_tet_mesh
 BAD_TRANSFORM = "W105"
 CYCLE = "W123"
 UNSUPPORTED = "W130"
-DRAW_MODE = "W132"
 UNSUPPORTED_SCHEMA = "W133"
 UNLOADED = "N906"
 UNKNOWN_TYPE = "N911"
@@ -89,7 +89,8 @@ class Context:
     """Constant primvars authored above."""
     constants: Values = field(default_factory=dict)
     """Their values."""
-    draw_mode: str = "inherited"
+    draw_mode: str = "default"
+    card_visibility: str = "full"
     is_skinned: bool = False
     """Whether a SkelRoot is above."""
     depth: int = 0
@@ -116,6 +117,7 @@ class StageWalk:
         report: Takes the diagnostics.
         limits: Raise LimitError when exceeded.
         level: Refinements of subdivision surfaces.
+        has_draw_modes: Whether models are replaced as their draw modes say.
     """
 
     def __init__(
@@ -127,6 +129,7 @@ class StageWalk:
         report: Report,
         limits: Limits | None = None,
         level: int = 0,
+        has_draw_modes: bool = True,
     ) -> None:
         self.meshes: list[Mesh | Shapes] = []
         self.prims: list[str] = []
@@ -141,6 +144,8 @@ class StageWalk:
         self._report = report
         self._limits = limits or Limits()
         self._level = level
+        self._has_draw_modes = has_draw_modes
+        self._stand_ins = StandInReader(stage, time, materials, report)
         self._transforms = UsdGeom.XformCache(time)
         self._skins = SkinReader(time)
         self._mesh_primvars: list[frozenset[str]] = []
@@ -214,12 +219,19 @@ class StageWalk:
             purpose=purpose,
             depth=above.depth + 1,
             is_skinned=above.is_skinned or kind == "SkelRoot",
-            draw_mode=self._draw_mode(prim, above) if prim.IsModel() else above.draw_mode,
         )
+        is_model = self._has_draw_modes and prim.IsModel()
+        if is_model:
+            mode = draw_mode(prim, above.draw_mode, self._report)
+            here = replace(here, draw_mode=mode, card_visibility=card_visibility(prim, above.card_visibility))
         if kind == "SkelRoot" and not above.is_skinned:
             self._skins.enter(prim, here.predicate)
         self._read_schemas(prim)
         is_shown = (purpose or UsdGeom.Tokens.default_) in self._purposes
+        if is_model and is_replaced(prim, here.draw_mode):
+            if is_shown:
+                self._add_stand_in(prim, here, builder)
+            return None
         if is_light(prim):
             builder.add_light(PlacedPrim(prim, matrix, self._name(prim, here)))
         elif kind == "Camera":
@@ -294,6 +306,15 @@ class StageWalk:
         sized = replace(posed, matrix=posed.matrix @ shape.local_from_unit)
         self._place(self._shapes[shape.key], prim, sized, (self._materials.bind(prim),), values, builder)
 
+    def _add_stand_in(self, prim: Usd.Prim, context: Context, builder: GroupBuilder) -> None:
+        stand_in = self._stand_ins.read(prim, context.draw_mode, context.card_visibility)
+        if stand_in is None:
+            return
+        if stand_in.key not in self._shapes:
+            self._shapes[stand_in.key] = self._add(stand_in.geometry)
+        values = {"displayColor": stand_in.color}
+        self._place(self._shapes[stand_in.key], prim, context, stand_in.materials, values, builder)
+
     def _add(self, mesh: Mesh | Shapes) -> int:
         self.meshes.append(mesh)
         self._mesh_primvars.append(frozenset(mesh.primvars))
@@ -321,12 +342,14 @@ class StageWalk:
         """Copy the group of an instance's prototype.
 
         The prototype is walked through the first instance that shows it; others share its group if all that they
-        hand down is the same: the purpose and the materials. (Primvars they hand down are kept apart by copy.)
+        hand down is the same: the purpose, the draw mode and the materials. (Primvars they hand down are kept apart
+        by copy.)
         """
         bindings = self._handed_down_bindings(prim)
         # Below a SkelRoot each instance has a pose of its own.
         pose = prim.GetPath() if context.is_skinned else None
-        key = (prim.GetPrototype().GetPath(), context.purpose, pose, bindings)
+        style = (context.purpose, context.draw_mode, context.card_visibility)
+        key = (prim.GetPrototype().GetPath(), style, pose, bindings)
         group = self._groups.get(key)
         if group is None:
             world_from_group = context.world_from_group @ context.matrix
@@ -390,6 +413,8 @@ class StageWalk:
                 purpose=context.purpose,
                 primvars=primvars,
                 constants=inherited_constants(primvars, self._time, self._report),
+                draw_mode=draw_mode(parent, "", self._report) if parent else "default",
+                card_visibility=inherited_card_visibility(parent),
             )
             was_absolute, self._is_absolute = self._is_absolute, False
             self._open_prototypes.append(path)
@@ -465,17 +490,6 @@ class StageWalk:
             )
             self._traits[kind] = traits
         return traits
-
-    def _draw_mode(self, prim: Usd.Prim, above: Context) -> str:
-        """Return a model's draw mode, with a diagnostic where it would replace the geometry."""
-        model = UsdGeom.ModelAPI(prim)
-        mode = str(model.ComputeModelDrawMode(above.draw_mode))
-        applies = model.GetModelApplyDrawModeAttr()
-        if mode not in ("default", "inherited") and (
-            Usd.ModelAPI(prim).IsKind("component") or (applies and applies.Get(self._time))
-        ):
-            self._report.warn(DRAW_MODE, prim.GetPath(), f"draw mode {mode} is not supported yet: drawn in full")
-        return mode
 
     def _read_schemas(self, prim: Usd.Prim) -> None:
         has_labels = False
