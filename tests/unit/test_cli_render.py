@@ -9,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import OpenEXR
@@ -376,13 +377,17 @@ if sys.platform != "win32":
 on_terminal = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
+@contextmanager
 def _watched(*arguments):
-    """Start a render whose stderr is a terminal; return the process and the terminal's other end."""
+    """Give a render whose stderr is a terminal, and the terminal's other end; nothing of it outlives the block."""
     leader, follower = pty.openpty()
     command = [sys.executable, "-m", "warp_rt", "render", "wall.usda", "-o", "a.png", *arguments]
     process = subprocess.Popen(command, stderr=follower, stdout=subprocess.PIPE, preexec_fn=hear_interrupts)
     os.close(follower)
-    return process, leader
+    try:
+        yield process, leader
+    finally:
+        process.kill()
 
 
 def _read_until(leader, word):
@@ -401,26 +406,26 @@ def _read_until(leader, word):
 
 @on_terminal
 def test_terminal_shows_progress(stage):
-    process, leader = _watched("-w", "64", "--spp", "500")
-    shown = _read_until(leader, b"no such text")
-    assert process.wait(timeout=60) == 0
-    assert b"rendering a.png" in shown
-    assert b"%" in shown
-    assert b"a.png: 64 x 32" in shown
-    assert process.stdout.read() == b""
+    with _watched("-w", "64", "--spp", "500") as (process, leader):
+        shown = _read_until(leader, b"no such text")
+        assert process.wait(timeout=60) == 0
+        assert b"rendering a.png" in shown
+        assert b"%" in shown
+        assert b"a.png: 64 x 32" in shown
+        assert process.stdout.read() == b""
 
 
 @on_terminal
 @pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_signals_end_a_render_at_once_and_leave_nothing(stage, sent, code):
-    process, leader = _watched("-w", "512", "--spp", "1000000")
-    assert b"rendering" in _read_until(leader, b"rendering")
-    time.sleep(0.5)
-    begin = time.monotonic()
-    process.send_signal(sent)
-    shown = _read_until(leader, b"error: ")
-    process.wait(timeout=10)
-    assert time.monotonic() - begin < 5  # of hours
+    with _watched("-w", "512", "--spp", "1000000") as (process, leader):
+        assert b"rendering" in _read_until(leader, b"rendering")
+        time.sleep(0.5)
+        begin = time.monotonic()
+        process.send_signal(sent)
+        shown = _read_until(leader, b"error: ")
+        process.wait(timeout=10)
+        assert time.monotonic() - begin < 5  # of hours
     assert process.returncode == code
     assert b"Traceback" not in shown
     assert {path.name for path in stage.parent.iterdir()} == {"wall.usda"}
