@@ -6,6 +6,7 @@ import warp as wp
 
 from .structs import DomeData, FrameData, SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_image
+from .visibility import holds
 
 IRRADIANCE_WIDTH = wp.constant(64)
 """Columns of a dome's irradiance map; irradiance is a cosine-wide blur, so few suffice."""
@@ -58,17 +59,19 @@ def dome_irradiance(scene: wp.ref[SceneData], dome: DomeData, normal: wp.vec3) -
 
 
 @wp.func
-def environment(scene: wp.ref[SceneData], frame: wp.ref[FrameData], direction: wp.vec3, depth: int):
+def environment(scene: wp.ref[SceneData], frame: wp.ref[FrameData], direction: wp.vec3, sender: int):
     """Return what a ray that leaves the scene brings back, and the alpha that an eye ray gets with it.
 
-    Eye rays see the visible domes, other rays all of them; without any, the background colour.
+    Eye rays (``sender`` -1) see the visible domes. Reflections and refractions by an instance have the light of the
+    domes that illuminate it. Without any dome there is the background colour.
     """
     color = wp.vec3(0.0, 0.0, 0.0)
     is_covered = int(0)
     for k in range(scene.dome_count):
         dome = scene.domes[k]
-        if depth > 1 or dome.is_visible != 0:
-            color += dome_radiance(scene, dome, direction)
+        if sender >= 0 or dome.is_visible != 0:
+            if sender < 0 or holds(scene.dome_links, dome.receivers, sender):
+                color += dome_radiance(scene, dome, direction)
             is_covered += 1
     if is_covered > 0:
         return color, 1.0

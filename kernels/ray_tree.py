@@ -42,6 +42,7 @@ from .tree_record import (
     TOTALLY_REFLECTED,
 )
 from .vector import max_component, reflect, refract, refraction_discriminant
+from .visibility import is_seen
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -144,6 +145,7 @@ def child_task(
     child.passes = parent.passes
     child.from_instance = surface.instance
     child.from_triangle = surface.triangle
+    child.sender = surface.instance
     child.leaked = leaked
     return child
 
@@ -233,6 +235,7 @@ def trace_tree(
     eye.weight = 1.0
     eye.depth = 1
     eye.from_instance = -1
+    eye.sender = -1
     eye.leaked = NO_LEAK
     tasks[0] = eye
     tell_eye(observer)
@@ -248,7 +251,7 @@ def trace_tree(
         )
         tell_ray(observer, top, task, hit)
         if hit.instance < 0:
-            behind, behind_alpha = environment(scene, frame, task.direction, task.depth)
+            behind, behind_alpha = environment(scene, frame, task.direction, task.sender)
             tell_background(observer, behind)
             color += wp.cw_mul(task.coefficient, behind)
             if task.depth == 1:
@@ -257,6 +260,8 @@ def trace_tree(
         correct_hit(scene, hit, task.offset, task.direction)
         surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
         shading = eval_material(scene, surface, -task.direction, task.leaked)
+        if not is_seen(scene, hit.instance, task.depth):
+            shading.presence = 0.0
         tell_surface(observer, scene, surface, shading)
         if task.depth == 1:
             travelled += hit.t

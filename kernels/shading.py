@@ -12,7 +12,7 @@ from .light import sample_light
 from .material import MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
 from .observer import Observer, observed
 from .ray_counts import count_shadow
-from .structs import FrameData, SceneData
+from .structs import FrameData, SceneData, ShadowData
 from .surface import Surface, make_surface, spawn_origin
 from .tree_hooks import (
     tell_blocked,
@@ -24,10 +24,35 @@ from .tree_hooks import (
     tell_shadow_ray,
 )
 from .vector import max_component
+from .visibility import CASTS_SHADOW, holds, is_present
 
 SHADOW_OPAQUE = wp.constant(0)
 SHADOW_AUTO = wp.constant(1)
 SHADOW_TRANSMIT = wp.constant(2)
+
+
+@wp.func
+def casts_shadow(scene: wp.ref[SceneData], casters: int, instance: int) -> bool:
+    """Return whether an instance casts shadows, for a light of whose casters ``casters`` is the first word."""
+    if scene.has_hidden != 0 and not is_present(scene, instance, CASTS_SHADOW):
+        return False
+    return holds(scene.links, casters, instance)
+
+
+@wp.func
+def shadow_strength(shadow: ShadowData, distance: float) -> float:
+    """Return how much of what something takes from the light counts, at its distance from the shadowed surface."""
+    if shadow.falloff <= 0.0 or distance <= shadow.distance - shadow.falloff:
+        return 1.0
+    return wp.pow(wp.clamp((shadow.distance - distance) / shadow.falloff, 0.0, 1.0), shadow.falloff_gamma)
+
+
+@wp.func
+def shadow_color(scene: wp.ref[SceneData], shadow: int, visible: wp.vec3) -> wp.vec3:
+    """Return the share of a light that arrives, with the shadow's colour in place of what does not."""
+    if shadow < 0:
+        return visible
+    return visible + wp.cw_mul(scene.shadows[shadow].color, wp.vec3(1.0, 1.0, 1.0) - visible)
 
 
 @observed
@@ -35,6 +60,7 @@ def shadow_ray(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
     mode: int,
+    shadow: int,
     stack: wp.ref[Stack],
     surface: wp.ref[Surface],
     direction: wp.vec3,
@@ -46,35 +72,55 @@ def shadow_ray(
     Opaque: any hit on the way gives 0. Transmit: the product of Kt over the surfaces crossed in a straight line. Auto:
     the first for WhittedSurface, the second for UsdPreviewSurface. What is missing of a surface (its presence below 1)
     lets light through in both of these.
+
+    A row of ``SceneData.shadows`` changes that: what it does not name is crossed as if it were not there, what stands
+    beyond its distance too; within the falloff zone at the end of it, what a surface takes away is taken by a strength
+    that falls from 1 to 0, to the power of gamma; and what has been taken comes back times the shadow's colour.
+
+    Reference: UsdLux ShadowAPI.
     """
     one = wp.vec3(1.0, 1.0, 1.0)
     zero = wp.vec3(0.0, 0.0, 0.0)
     origin = spawn_origin(scene, surface, direction)
-    if mode == SHADOW_OPAQUE:
+    if mode == SHADOW_OPAQUE and shadow < 0 and scene.has_hidden == 0:
         if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer):
             tell_blocked(observer, scene, accel, origin, direction, distance, surface, stack)
             return zero
         return one
     result = one
+    faded = zero
     remaining = float(distance)
+    casters = int(-1)
+    if shadow >= 0:
+        remaining = wp.min(remaining, scene.shadows[shadow].distance)
+        casters = scene.shadows[shadow].casters
+    end = remaining
     instance = surface.instance
     triangle = surface.triangle
     for _crossing in range(wp.int32(SHADOW_LIMIT)):
         hit = closest_hit_from(accel, origin, direction, remaining, instance, triangle, stack, observer)
         if hit.instance < 0:
-            return result
+            return shadow_color(scene, shadow, result + faded)
         crossed = make_surface(scene, hit, origin, direction)
-        shading = eval_material(scene, crossed, -direction, NO_LEAK)
-        kt = shading.kt * shading.presence
-        if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
-            kt = zero
-        factor = kt + one * (1.0 - shading.presence)
-        tell_crossing(observer, scene, crossed, hit.t, factor)
+        remaining -= hit.t
+        factor = one
+        if casts_shadow(scene, casters, hit.instance):
+            factor = zero
+            if mode != SHADOW_OPAQUE:
+                shading = eval_material(scene, crossed, -direction, NO_LEAK)
+                kt = shading.kt * shading.presence
+                if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
+                    kt = zero
+                factor = kt + one * (1.0 - shading.presence)
+        kept = float(0.0)
+        if shadow >= 0:
+            kept = 1.0 - shadow_strength(scene.shadows[shadow], end - remaining)
+            faded += wp.cw_mul(result, one - factor) * kept
+        tell_crossing(observer, scene, crossed, hit.t, factor + (one - factor) * kept)
         result = wp.cw_mul(result, factor)
         if max_component(result) <= 0.0:
-            return zero
+            return shadow_color(scene, shadow, faded)
         origin = spawn_origin(scene, crossed, direction)
-        remaining -= hit.t
         instance = hit.instance
         triangle = hit.triangle
     return zero
@@ -104,6 +150,9 @@ def local_illumination(
         return result
     for k in range(scene.light_count):
         light = scene.lights[k]
+        if not holds(scene.links, light.receivers, surface.instance):
+            tell_dark_light(observer, k, 0.0)
+            continue
         sample = sample_light(light, surface.position)
         cosine = wp.dot(shading.n, sample.wi)
         if cosine > 0.0:
@@ -111,8 +160,17 @@ def local_illumination(
             if light.casts_shadow != 0:
                 count_shadow(counts, depth)
                 tell_shadow_ray(observer)
-                mode = frame.shadow_mode
-                visible = shadow_ray(scene, accel, mode, stack, surface, sample.to_shadow, sample.distance, observer)
+                visible = shadow_ray(
+                    scene,
+                    accel,
+                    frame.shadow_mode,
+                    light.shadow,
+                    stack,
+                    surface,
+                    sample.to_shadow,
+                    sample.distance,
+                    observer,
+                )
             light_color = sample.irradiance * (1.0 / wp.pi)
             term = wp.vec3(0.0, 0.0, 0.0)
             if max_component(visible) > 0.0:
@@ -124,6 +182,8 @@ def local_illumination(
             tell_dark_light(observer, k, cosine)
     for k in range(scene.dome_count):
         dome = scene.domes[k]
+        if not holds(scene.dome_links, dome.receivers, surface.instance):
+            continue
         diffuse = wp.cw_mul(shading.diffuse, dome_irradiance(scene, dome, shading.n)) * (dome.diffuse / wp.pi)
         glossy = wp.vec3(0.0, 0.0, 0.0)
         result += diffuse

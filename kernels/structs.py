@@ -55,6 +55,8 @@ class InstanceData:
     """primId."""
     id: wp.int32
     """instanceId or -1."""
+    flags: wp.int32
+    """Rays that it is there for: ``visibility.py``."""
 
 
 @wp.struct
@@ -136,6 +138,25 @@ class LightData:
     cone_angle: wp.float32
     """Half angle [rad]; pi or more: no cone."""
     cone_softness: wp.float32
+    receivers: wp.int32
+    """Its first word in ``SceneData.links``, whose bits tell the instances that it illuminates; -1: all of them."""
+    shadow: wp.int32
+    """Row of ``SceneData.shadows``; -1: black shadows of everything, at any distance."""
+
+
+@wp.struct
+class ShadowData:
+    """Shadows that are not merely the absence of a light."""
+
+    color: wp.vec3
+    """What is left of the light where nothing of it arrives."""
+    distance: wp.float32
+    """From the surface, beyond which nothing casts a shadow."""
+    falloff: wp.float32
+    """Length at the end of ``distance`` over which shadows fade."""
+    falloff_gamma: wp.float32
+    casters: wp.int32
+    """First word in ``SceneData.links``, whose bits tell the instances that cast shadows; -1: all of them."""
 
 
 @wp.struct
@@ -154,6 +175,8 @@ class DomeData:
     """First entry of its irradiance map in ``SceneData.irradiance``; -1: constant, pi * radiance."""
     diffuse: wp.float32
     specular: wp.float32
+    receivers: wp.int32
+    """As in ``LightData``, with ``SceneData.dome_links``."""
 
 
 @wp.struct
@@ -175,6 +198,8 @@ class SceneData:
     instances: wp.array[InstanceData]
     instance_primvars: wp.array2d[wp.vec4]
     """[slot, instance], NaN where there is none; no columns where no instance overrides a primvar."""
+    has_hidden: wp.int32
+    """1 where an instance is not there for rays of some kind."""
     material_table: wp.array[wp.int32]
     materials: wp.array[MaterialData]
     inputs: wp.array[InputData]
@@ -188,8 +213,13 @@ class SceneData:
     """Linear value of each sRGB byte."""
     lights: wp.array[LightData]
     light_count: wp.int32
+    links: wp.array[wp.uint32]
+    """A bit an instance, the lowest first, for each set of instances that lights restrict themselves to."""
+    shadows: wp.array[ShadowData]
     domes: wp.array[DomeData]
     dome_count: wp.int32
+    dome_links: wp.array[wp.uint32]
+    """As ``links``, of the domes."""
     irradiance: wp.array[wp.vec3]
 
 
@@ -256,6 +286,8 @@ class RayTask:
     from_instance: wp.int32
     """Instance and triangle that the ray starts on; -1: it starts at the eye."""
     from_triangle: wp.int32
+    sender: wp.int32
+    """Instance that reflected or refracted it; -1: it comes from the eye."""
     leaked: wp.vec4i
     """Instances of whose surfaces the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
 

@@ -11,14 +11,26 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.device_lights import light_record, unit_axes
+from warp_rt.device_lights import LinkTable, ShadowTable, light_record, unit_axes
 from warp_rt.dome import irradiance_map
 from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.placement import Placement, place_scene, relative_points
-from warp_rt.scene import MATERIAL_DEFAULTS, Dome, Input, Light, Material, MaterialModel, Mesh, Primvar, Scene, Shapes
+from warp_rt.scene import (
+    MATERIAL_DEFAULTS,
+    Dome,
+    Input,
+    Light,
+    Material,
+    MaterialModel,
+    Mesh,
+    Primvar,
+    RayMask,
+    Scene,
+    Shapes,
+)
 from warp_rt.srgb import linear_from_srgb
 
 _INPUT_ROWS = {MaterialModel.WHITTED: WHITTED_INPUTS, MaterialModel.PREVIEW: PREVIEW_INPUTS}
@@ -184,6 +196,8 @@ def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement
     table["material_offset"] = instances.material_offset
     table["prim"] = instances.prim
     table["id"] = instances.instance_id
+    table["flags"] = RayMask.ALL if instances.seen_by is None else instances.seen_by
+    data.has_hidden = bool((table["flags"] != RayMask.ALL).any())
     data.instances = pack.array(table, structs.InstanceData)
     data.material_table = pack.array(instances.material_table.astype(np.int32), wp.int32)
     overrides = {name: rows for name, rows in instances.primvars.items() if name in slots}
@@ -258,15 +272,21 @@ def _pack_images(data: Any, pack: _Packer, scene: Scene) -> None:
 
 
 def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:
-    data.lights = pack.records(structs.LightData, [light_record(light, origin) for light in lights])
+    links = LinkTable()
+    shadows = ShadowTable(links)
+    data.lights = pack.records(structs.LightData, [light_record(light, origin, links, shadows) for light in lights])
     data.light_count = len(lights)
+    data.links = pack.array(links.words(), wp.uint32)
+    data.shadows = pack.records(structs.ShadowData, shadows.rows)
 
 
 def _pack_domes(data: Any, pack: _Packer, scene: Scene) -> None:
     maps: list[np.ndarray] = []
-    records = [_dome_record(dome, scene, maps) for dome in scene.domes]
+    links = LinkTable()
+    records = [_dome_record(dome, scene, maps) | {"receivers": links.add(dome.receivers)} for dome in scene.domes]
     data.domes = pack.records(structs.DomeData, records)
     data.dome_count = len(scene.domes)
+    data.dome_links = pack.array(links.words(), wp.uint32)
     data.irradiance = pack.chunks(maps, wp.vec3, (3,), np.float32)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 from typing import Any
 
 import numpy as np
@@ -119,6 +119,16 @@ class Shapes:
             raise SceneError("shapes: finite points and finite radii of at least 0 expected")
 
 
+class RayMask(IntFlag):
+    """Kinds of rays."""
+
+    EYE = 1
+    BOUNCES = 2
+    """Reflection and refraction."""
+    SHADOWS = 4
+    ALL = 7
+
+
 @dataclass(frozen=True)
 class Instances:
     """The placed meshes and sets of shapes, one row each."""
@@ -137,6 +147,8 @@ class Instances:
     """int32, shape [n], row of ``Scene.instance_paths`` or -1 where the geometry is not instanced: the instanceId."""
     primvars: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Values that take precedence over the mesh's primvar of that name: float32, shape [n, c]; a row of NaN: none."""
+    seen_by: np.ndarray | None = None
+    """uint8, shape [n], ``RayMask`` of the rays that each is there for; others pass straight through. None: all."""
 
     def __post_init__(self) -> None:
         """Refuse transforms that place nothing anywhere.
@@ -285,6 +297,22 @@ class LightKind(IntEnum):
 
 
 @dataclass(frozen=True)
+class Shadow:
+    """What a light's shadows are like: UsdLux ShadowAPI and the collection shadowLink."""
+
+    color: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """What is left of the light where nothing of it arrives."""
+    distance: float = np.inf
+    """From a surface, beyond which nothing casts a shadow on it."""
+    falloff: float = 0.0
+    """Length at the end of ``distance`` over which shadows fade."""
+    falloff_gamma: float = 1.0
+    """Exponent of the strength that falls linearly over that length."""
+    casters: np.ndarray | None = None
+    """bool, shape [n], which of ``Scene.instances`` cast shadows; None: all."""
+
+
+@dataclass(frozen=True)
 class Light:
     """A light with UsdLux's units resolved: ``radiance`` is what its surface sends out."""
 
@@ -312,6 +340,9 @@ class Light:
     cone_angle: float = np.pi
     """Half angle outside of which there is no light [rad]; pi: no cone."""
     cone_softness: float = 0.0
+    receivers: np.ndarray | None = None
+    """bool, shape [n], which of ``Scene.instances`` it illuminates; None: all."""
+    shadow: Shadow = Shadow()
 
 
 @dataclass(frozen=True)
@@ -331,6 +362,8 @@ class Dome:
     """Whether eye rays that leave the scene see it. Reflection and refraction rays always do."""
     diffuse: float = 1.0
     specular: float = 1.0
+    receivers: np.ndarray | None = None
+    """bool, shape [n], which of ``Scene.instances`` it illuminates; None: all."""
 
 
 @dataclass(frozen=True)

@@ -199,6 +199,7 @@ class _Builder:
             unshadowed_specular=_triple(color * specular),
             total=_triple(row["term"]),
             crossings=self._crossings(index),
+            is_linked=light.receivers is None or bool(light.receivers[self.records.nodes["instance"][row["node"]]]),
         )
 
     def _crossings(self, light: int) -> tuple[Crossing, ...]:

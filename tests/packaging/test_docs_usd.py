@@ -229,8 +229,11 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W402": (light("SphereLight", "asset inputs:shaping:ies:file = @a.ies@", '"ShapingAPI"'), {"/l"}),
     "W403": (light("SphereLight", "rel light:filters = </f>") + 'def LightFilter "f" {}', {"/l"}),
-    "W404": (light("SphereLight", "rel collection:lightLink:excludes = </s>") + 'def Sphere "s" {}', {"/l"}),
-    "W405": (light("SphereLight", "color3f inputs:shadow:color = (1, 0, 0)", '"ShadowAPI"'), {"/l"}),
+    "W404": (
+        light("SphereLight", "rel collection:lightLink:excludes = </m/s>")
+        + f'def Mesh "m" {{ {QUAD}\ndef GeomSubset "s" {{ int[] indices = [0] }} }}',
+        {"/l"},
+    ),
     "W406": (light("RectLight", "asset inputs:texture:file = @a.png@"), {"/l"}),
     "W407": (light("SphereLight", "float intensity = 5"), {"/l.intensity"}),
     "W408": (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.device_lights import light_record
+from warp_rt.device_lights import LinkTable, ShadowTable, light_record
 from warp_rt.kernels.light import sample_light
 from warp_rt.kernels.structs import LightData
 from warp_rt.scene import Light, LightKind
@@ -18,11 +18,12 @@ init_warp()
 def sample(light: Light, position: tuple) -> tuple[np.ndarray, np.ndarray]:
     """Return direction and irradiance at a world position."""
     data = LightData()
-    for name, value in light_record(light, np.zeros(3)).items():
+    links = LinkTable()
+    for name, value in light_record(light, np.zeros(3), links, ShadowTable(links)).items():
         if np.ndim(value):
             setattr(data, name, wp.vec3(*(float(v) for v in value)))
         else:
-            setattr(data, name, int(value) if name in ("kind", "has_falloff", "casts_shadow") else float(value))
+            setattr(data, name, float(value) if isinstance(value, float) else int(value))
     got = sample_light(data, wp.vec3(*position))
     return np.array(got.wi), np.array(got.irradiance)
 
@@ -82,3 +83,13 @@ def test_far_lights_are_patches(distance: float) -> None:
     sine = np.sqrt(1 - direction[0] ** 2)
     # Six facets stand for the half circle: their silhouette is exact, hence 2 r l sin / d^2.
     np.testing.assert_allclose(tube[1], 2 * 0.05 * sine / distance**2, rtol=2e-3)
+
+
+def test_sets_of_instances_are_bits_the_lowest_first() -> None:
+    """Instances 0, 31, 32 and 33 of 34: bits 0 and 31 of the first word, 0 and 1 of the second."""
+    held = np.zeros(34, bool)
+    held[[0, 31, 32, 33]] = True
+    links = LinkTable()
+    assert links.add(None) == -1
+    assert (links.add(held), links.add(~held)) == (0, 2)
+    assert links.words().tolist() == [0x80000001, 3, 0x7FFFFFFE, 0]

@@ -197,6 +197,8 @@ def _light(light: LightTerm) -> list[Line]:
     name: Span = (shown_path(light.light), "shadow")
     if light.cosine is None:
         return [(2, (name, (" all around", ""))), (4, ((_terms(light), ""),))]
+    if not light.is_linked:
+        return [(2, (name, (" is not linked to this prim", "dim")))]
     if light.cosine == 0:
         return [(2, (name, (" sends nothing this way", "dim")))]
     if light.cosine < 0:

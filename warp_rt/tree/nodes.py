@@ -102,6 +102,8 @@ class LightTerm:
     """What was added to I_local: S times the two."""
     crossings: tuple[Crossing, ...] = ()
     """The surfaces on the shadow ray's way, nearest first; at an opaque one it ends."""
+    is_linked: bool = True
+    """Whether the light illuminates the prim at all."""
 
     @property
     def is_facing(self) -> bool:

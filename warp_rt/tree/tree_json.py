@@ -97,6 +97,7 @@ def _light(light: LightTerm) -> dict[str, Any]:
         "color": list(light.color),
         "visible": list(light.visible),
         "shadow_ray": light.has_shadow_ray,
+        "linked": light.is_linked,
         "diffuse": list(light.diffuse),
         "specular": list(light.specular),
         "unshadowed_diffuse": list(light.unshadowed_diffuse),

@@ -18,14 +18,12 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from warp_rt.report import Report
-from warp_rt.scene import Dome, Light, LightKind
+from warp_rt.scene import Dome, Light, LightKind, Shadow
 from warp_rt.usd.attribute_values import AttributeReader
 
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_PROFILE = "W402"
 IGNORED_FILTER = "W403"
-IGNORED_LINKING = "W404"
-IGNORED_SHADOW = "W405"
 IGNORED_TEXTURE = "W406"
 OLD_ATTRIBUTE = "W407"
 UNEVEN_SCALE = "W408"
@@ -178,7 +176,19 @@ def _read_shape(
         focus_tint=focus_tint,
         cone_angle=cone_angle,
         cone_softness=cone_softness,
+        shadow=_shadow(attributes),
     )
+
+
+def _shadow(attributes: AttributeReader) -> Shadow:
+    """Return what ShadowAPI says, where it is applied or authored; a distance below 0 and a falloff of 0 are none."""
+    red, green, blue = attributes.vector("inputs:shadow:color", (0.0, 0.0, 0.0))
+    distance = attributes.number("inputs:shadow:distance", -1.0)
+    falloff = attributes.number("inputs:shadow:falloff", -1.0)
+    gamma = attributes.number("inputs:shadow:falloffGamma", 1.0)
+    if distance < 0:
+        return Shadow((red, green, blue))
+    return Shadow((red, green, blue), distance, min(max(falloff, 0.0), distance), max(gamma, 0.0))
 
 
 # Seen from far away, a distant light's rays leave along its axis: nothing to shape.
@@ -305,13 +315,6 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     filters = prim.GetRelationship("light:filters")
     if filters and filters.GetTargets():
         report.warn(IGNORED_FILTER, path, "light filters are not supported; ignored")
-    for name in ("lightLink", "shadowLink"):
-        if _is_restricted(prim, name, attributes):
-            report.warn(IGNORED_LINKING, path, f"the collection {name} is not supported; every prim is linked")
-    if any(attributes.vector("inputs:shadow:color", (0.0, 0.0, 0.0))):
-        report.warn(IGNORED_SHADOW, path, "shadow:color is not supported; shadows are black")
-    if attributes.number("inputs:shadow:distance", -1.0) >= 0:
-        report.warn(IGNORED_SHADOW, path, "shadow:distance is not supported; shadows reach to the light")
     texture = attributes.asset("inputs:texture:file") if prim.GetTypeName() == "RectLight" else None
     if texture is not None:
         report.warn(IGNORED_TEXTURE, path, f"the light's texture @{texture.path}@ is not supported; it is uniform")
@@ -322,15 +325,3 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
         attribute = prim.GetAttribute(name)
         if attribute and attribute.HasAuthoredValue():
             report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
-
-
-def _is_restricted(prim: Usd.Prim, name: str, attributes: AttributeReader) -> bool:
-    """Return whether a light's linking collection holds anything but everything."""
-    for part in ("includes", "excludes"):
-        relationship = prim.GetRelationship(f"collection:{name}:{part}")
-        if relationship and relationship.GetTargets():
-            return True
-    expression = prim.GetAttribute(f"collection:{name}:membershipExpression")
-    return not attributes.truth(f"collection:{name}:includeRoot", True) or bool(
-        expression and expression.HasAuthoredValue()
-    )

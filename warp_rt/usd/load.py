@@ -15,6 +15,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene, Shapes
 from warp_rt.usd.cameras import read_camera, report_hidden
 from warp_rt.usd.lights import read_light
+from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import MAX_COORDINATE
 from warp_rt.usd.missing_primvars import report_missing_primvars
@@ -86,9 +87,10 @@ def load_stage(
         materials = MaterialReader(stage, code, report)
         walk = StageWalk(stage, code, frozenset(chosen), materials, report, level=level, has_draw_modes=draw_modes)
         group = walk.walk()
-        lights, domes = _read_lights(group, materials, code, report)
-        cameras = _read_cameras(group, code, report)
         instances, instance_paths = _instances(group, walk, report)
+        linking = LinkReader(stage, instances, walk.prims, walk.tail_starts, instance_paths, report)
+        lights, domes = _read_lights(group, materials, linking, code, report)
+        cameras = _read_cameras(group, code, report)
         report_missing_primvars(
             stage,
             group,
@@ -163,20 +165,22 @@ def _reach(geometry: Mesh | Shapes) -> float:
 
 
 def _read_lights(
-    group: Group, materials: MaterialReader, time: Usd.TimeCode, report: Report
+    group: Group, materials: MaterialReader, linking: LinkReader, time: Usd.TimeCode, report: Report
 ) -> tuple[list[Light], list[Dome]]:
     lights: list[Light] = []
     domes: list[Dome] = []
     for placed in group.lights:
         try:
             light = read_light(placed.prim, placed.matrix, time, report, materials)
+            receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))
         except Tf.ErrorException as error:
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")
             continue
         if isinstance(light, Dome):
-            domes.append(replace(light, path=placed.path))
+            domes.append(replace(light, path=placed.path, receivers=receivers))
         elif light is not None:
-            lights.append(replace(light, path=placed.path))
+            shadow = replace(light.shadow, casters=casters)
+            lights.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))
     return lights, domes
 
 

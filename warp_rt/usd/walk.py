@@ -81,6 +81,8 @@ class Context:
     """float64, shape [4, 4]; within a PointInstancer's prototype, the world is that prototype's space."""
     path_length: int
     """Length of the path that the group's names leave out."""
+    tail_start: int
+    """Length of the path of the innermost instance; 0: none, or a prototype that stands elsewhere."""
     predicate: object
     """Which children are visited."""
     purpose: str = ""
@@ -133,6 +135,8 @@ class StageWalk:
     ) -> None:
         self.meshes: list[Mesh | Shapes] = []
         self.prims: list[str] = []
+        self.tail_starts: list[int] = []
+        """Where, in each of these paths, what belongs to the innermost instance begins: see ``Context``."""
         self.labels: dict[str, dict[str, tuple[str, ...]]] = {}
         self.render_prims: list[str] = []
         """Paths of the RenderSettings and RenderPass prims."""
@@ -149,7 +153,7 @@ class StageWalk:
         self._transforms = UsdGeom.XformCache(time)
         self._skins = SkinReader(time)
         self._mesh_primvars: list[frozenset[str]] = []
-        self._prim_rows: dict[str, int] = {}
+        self._prim_rows: dict[tuple[str, int], int] = {}
         self._sources: dict[Sdf.Path, tuple[int, MeshSource] | None] = {}
         self._shapes: dict[tuple[object, ...], int] = {}
         self._traits: dict[str, TypeTraits] = {}
@@ -162,7 +166,7 @@ class StageWalk:
 
     def walk(self) -> Group:
         """Return all that the stage draws, in world space."""
-        context = Context(np.eye(4), np.eye(4), path_length=0, predicate=_SHOWN)
+        context = Context(np.eye(4), np.eye(4), path_length=0, tail_start=0, predicate=_SHOWN)
         return self._walk_group(list(self._stage.GetPseudoRoot().GetFilteredChildren(_SHOWN)), context).build()
 
     def _walk_group(self, roots: list[Usd.Prim], context: Context) -> GroupBuilder:
@@ -330,9 +334,10 @@ class StageWalk:
         builder: GroupBuilder,
     ) -> None:
         path = str(prim.GetPath())
-        row = self._prim_rows.setdefault(path, len(self.prims))
+        row = self._prim_rows.setdefault((path, context.tail_start), len(self.prims))
         if row == len(self.prims):
             self.prims.append(path)
+            self.tail_starts.append(context.tail_start)
         material_set = self.material_sets.setdefault(materials, len(self.material_sets))
         builder.add_mesh(mesh, context.matrix, material_set, row, values)
 
@@ -358,6 +363,7 @@ class StageWalk:
                 matrix=np.eye(4),
                 world_from_group=world_from_group,
                 path_length=len(str(prim.GetPath())),
+                tail_start=len(str(prim.GetPath())),
                 primvars=[],
                 constants={},
             )
@@ -409,6 +415,7 @@ class StageWalk:
                 matrix=np.eye(4),
                 world_from_group=np.eye(4),
                 path_length=len(str(path)),
+                tail_start=len(str(instancer.GetPath())) if is_below else 0,
                 predicate=_SHOWN_IN_PROTOTYPE,
                 purpose=context.purpose,
                 primvars=primvars,

@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Light linking: which placed meshes the collections of a light hold.
+
+Reference: UsdLux LightAPI, "Linking"; Usd CollectionAPI.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cached_property
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.scene import Instances
+
+BAD_LINKING = "W404"
+
+_EXPANDED = (Usd.Tokens.expandPrims, Usd.Tokens.expandPrimsAndProperties)
+_COPY = re.compile(r"\[\d+\]")
+
+
+class LinkReader:
+    """Reads linking collections as one truth value for each placed mesh.
+
+    What a native instance holds is asked for by the path that it has below that instance. Copies of a PointInstancer
+    have no path of their own: where the prototype stands below the instancer, its path counts. Where it stands
+    elsewhere, two paths count, its own and the instancer's, and the copy is held as the one says that departs from
+    what holds for the root: either can be excluded from a collection of everything, either included in one of nothing.
+
+    Args:
+        stage: Where the lights are.
+        instances: The placed meshes.
+        prims: Path of each of their ``prim``.
+        tail_starts: Where, in each of these paths, what belongs to the innermost instance begins; 0: the prim is below
+            a prototype that stands elsewhere, or in no instance.
+        names: Path of each of their ``instance_id``.
+        report: Takes diagnostics.
+    """
+
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        instances: Instances,
+        prims: list[str],
+        tail_starts: list[int],
+        names: tuple[str, ...],
+        report: Report,
+    ) -> None:
+        self._stage = stage
+        self._instances = instances
+        self._prims = prims
+        self._tail_starts = tail_starts
+        self._names = names
+        self._report = report
+
+    def read(self, prim: Usd.Prim, path: str, name: str) -> np.ndarray | None:
+        """Return which placed meshes a light's collection holds.
+
+        Args:
+            prim: The light.
+            path: Of this copy of it, which may be an instance proxy's.
+            name: Of the collection, ``lightLink`` or ``shadowLink``.
+
+        Returns:
+            bool, shape [instance_count]; None where it holds all of them.
+        """
+        if Sdf.Path.IsValidPathString(path):
+            prim = self._stage.GetPrimAtPath(path) or prim
+        collection = Usd.CollectionAPI(prim, name)
+        if not _is_restricted(collection):
+            return None
+        is_valid, reason = collection.Validate()
+        if not is_valid:
+            self._report.warn(BAD_LINKING, path, f"the collection {name}: {' '.join(reason.split())}")
+        for target in (*collection.GetIncludesRel().GetTargets(), *collection.GetExcludesRel().GetTargets()):
+            named = self._stage.GetPrimAtPath(target.GetPrimPath())
+            if named and named.IsA(UsdGeom.Subset):
+                message = f"the collection {name} names the face subset {target}; only whole meshes are linked"
+                self._report.warn(BAD_LINKING, path, message)
+        held = self._held_rows(collection.ComputeMembershipQuery())
+        return None if held.all() else held
+
+    def _held_rows(self, query: Usd.UsdCollectionMembershipQuery) -> np.ndarray:
+        decide = all if query.GetAsPathExpansionRuleMap().get(Sdf.Path.absoluteRootPath) in _EXPANDED else any
+        candidates, row = self._paths
+        held = [decide(query.IsPathIncluded(path) for path in paths) for paths in candidates]
+        return np.array(held, bool)[row]
+
+    @cached_property
+    def _paths(self) -> tuple[list[tuple[Sdf.Path, ...]], np.ndarray]:
+        """The paths that count, each set of them once, and the row of its set for each placed mesh."""
+        instances = self._instances
+        containers = dict.fromkeys(["", *(_COPY.sub("", name) for name in self._names)])
+        number = {name: k for k, name in enumerate(containers)}
+        # Row -1 of the names, that of what is in no instance, is the last one here.
+        container_of_name = np.array([*(number[_COPY.sub("", name)] for name in self._names), 0])
+        key = container_of_name[instances.instance_id] * len(self._prims) + instances.prim
+        unique, row = np.unique(key, return_inverse=True)
+        known = list(containers)
+        found = [self._paths_of(known[k // len(self._prims)], k % len(self._prims)) for k in unique.tolist()]
+        return found, row.reshape(-1)
+
+    def _paths_of(self, container: str, prim: int) -> tuple[Sdf.Path, ...]:
+        path, start = self._prims[prim], self._tail_starts[prim]
+        if container and start:
+            return (Sdf.Path(container + path[start:]),)
+        return (Sdf.Path(path), *([Sdf.Path(container)] if container else []))
+
+
+def _is_restricted(collection: Usd.CollectionAPI) -> bool:
+    """Return whether a linking collection may hold anything but everything."""
+    if any(rel and rel.HasAuthoredTargets() for rel in (collection.GetIncludesRel(), collection.GetExcludesRel())):
+        return True
+    if collection.GetMembershipExpressionAttr().HasAuthoredValue() or collection.GetModeAttr().HasAuthoredValue():
+        return True
+    return not collection.GetIncludeRootAttr().Get()
