@@ -223,3 +223,17 @@ of the exact sum's cancellation in float32 1e-5 and growing."""
 
 GAUSS_POINT = wp.constant(0.5773502691896258)
 """1 / sqrt(3): the points of the two-point Gauss-Legendre rule on [-1, 1]."""
+
+RIGHT_ANGLE = wp.constant(1.0e-3)
+"""Cosine between the sides of a rect light up to which it is a rectangle: under a shear its area is sampled."""
+
+SOLID_ANGLE_MIN = wp.constant(0.03)
+"""Solid angle [sr] of a rectangle below which its area is sampled instead: a sum of four angles is off by 3e-7 in
+float32, 1e-5 of this; and the densities of a sampled area differ little there."""
+
+SHADOW_END = wp.constant(1.0 - 2.0**-13)
+"""Part of the way to a sampled point of a light on which something can stand before it: a mesh that shows the lamp, in
+the light's own surface, does not."""
+
+GLOSS_SHARE = wp.constant(0.5)
+"""Part of a light's samples that goes where a surface mirrors the viewer, if it does nothing else."""

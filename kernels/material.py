@@ -5,6 +5,7 @@
 import warp as wp
 
 from .constants import MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .sample_gloss import ggx_distribution
 from .structs import InputData, MaterialData, SceneData
 from .surface import Surface, eval_primvar, surface_tangents
 from .texture import eval_texture
@@ -282,12 +283,7 @@ def ggx_specular(f0: wp.vec3, f90: wp.vec3, alpha: float, n: wp.vec3, wo: wp.vec
     n_wi = wp.dot(n, wi)
     n_wo = wp.abs(wp.dot(n, wo)) + 1.0e-6
     h = wp.normalize(wo + wi)
-    n_h = wp.dot(n, h)
-    a2 = alpha * alpha
-    # 1 - n_h^2 from the cross product: the subtraction would lose every digit of a narrow lobe.
-    sin2 = wp.length_sq(wp.cross(n, h))
-    q = a2 * n_h * n_h + sin2
-    d = a2 / (wp.pi * q * q)
+    d = ggx_distribution(n, h, alpha)
     k = 0.5 * alpha
     g = (n_wi / (n_wi * (1.0 - k) + k)) * (n_wo / (n_wo * (1.0 - k) + k))
     return fresnel_schlick(f0, f90, wp.dot(wo, h)) * (d * g / (4.0 * n_wi * n_wo))
@@ -319,13 +315,19 @@ def eval_response(s: wp.ref[Shading], wi: wp.vec3, diffuse_scale: float, specula
     """
     if s.model == MODEL_WHITTED:
         return phong(s.diffuse * diffuse_scale, s.specular * specular_scale, s.exponent, s.n, s.wo, wi)
+    return eval_lobes(s, wi, diffuse_scale, specular_scale, specular_scale)
+
+
+@wp.func
+def eval_lobes(s: wp.ref[Shading], wi: wp.vec3, diffuse_scale: float, base_scale: float, coat_scale: float) -> wp.vec3:
+    """Return a UsdPreviewSurface's response as :func:`eval_response` does, each lobe with a factor of its own."""
     n_wi = wp.dot(s.n, wi)
     h = wp.normalize(s.wo + wi)
     one = wp.vec3(1.0, 1.0, 1.0)
     transmitted = one - fresnel_schlick(s.specular, s.specular_grazing, wp.dot(s.wo, h))
     brdf = wp.cw_mul(s.diffuse, transmitted) * (diffuse_scale / wp.pi)
-    brdf += ggx_specular(s.specular, s.specular_grazing, s.alpha, s.n, s.wo, wi) * specular_scale
+    brdf += ggx_specular(s.specular, s.specular_grazing, s.alpha, s.n, s.wo, wi) * base_scale
     if s.coat > 0.0:
         coat = ggx_specular(one * s.coat_f0, one, s.coat_alpha, s.n, s.wo, wi)
-        brdf += coat * (s.coat * specular_scale)
+        brdf += coat * (s.coat * coat_scale)
     return brdf * (wp.pi * n_wi)

@@ -45,6 +45,10 @@ class TreeRecorder:
     sample: wp.int32
     node: wp.int32
     """Row of the node at work."""
+    sampled: LightRecord
+    """What the samples of the light at work have told so far."""
+    samples: wp.int32
+    """How many of them there were; only the first has the surfaces on its way written down."""
 
 
 @wp.struct

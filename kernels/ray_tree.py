@@ -28,6 +28,7 @@ from .ray_counts import (
     count_reflection,
     count_refraction,
 )
+from .sampling import branch_key, pixel_key
 from .shading import local_illumination
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface, make_surface, spawn_origin
@@ -133,6 +134,7 @@ def child_task(
     direction: wp.vec3,
     coefficient: wp.vec3,
     leaked: wp.vec4i,
+    kind: int,
 ) -> RayTask:
     """Return the task of a ray that is one level deeper."""
     child = RayTask()
@@ -142,6 +144,7 @@ def child_task(
     child.coefficient = wp.cw_mul(parent.coefficient, coefficient)
     child.weight = parent.weight * max_component(coefficient)
     child.depth = parent.depth + 1
+    child.key = branch_key(parent.key, kind)
     child.passes = parent.passes
     child.from_instance = surface.instance
     child.from_triangle = surface.triangle
@@ -179,14 +182,14 @@ def push_children(
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
             leaked = leak(scene, surface, task.leaked, direction, shading.wo, True)
-            tasks[top] = child_task(scene, task, surface, direction, kt, leaked)
+            tasks[top] = child_task(scene, task, surface, direction, kt, leaked, REFRACTION)
             tell_push(observer, top, REFRACTION)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(REFLECTION, kr, task, frame, counts, observer):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
         leaked = leak(scene, surface, task.leaked, mirrored, shading.wo, False)
-        tasks[top] = child_task(scene, task, surface, mirrored, kr, leaked)
+        tasks[top] = child_task(scene, task, surface, mirrored, kr, leaked, REFLECTION)
         tell_push(observer, top, REFLECTION)
         top += 1
         count_reflection(counts, task.depth + 1)
@@ -201,6 +204,8 @@ def trace_tree(
     origin: wp.vec3,
     direction: wp.vec3,
     t_max: float,
+    key: wp.uint32,
+    sample: int,
     stop: wp.array[int],
     tasks: wp.array[RayTask],
     stack: wp.ref[Stack],
@@ -217,6 +222,8 @@ def trace_tree(
         origin: Of the eye ray, world space.
         direction: Unit.
         t_max: Farthest distance that the eye ray sees.
+        key: Scrambling of its pixel.
+        sample: Number of the eye ray among those of its pixel.
         stop: Not 0: the tree ends at its next node, its value being wanted no more.
         tasks: Scratch, at least ``task_capacity`` long.
         stack: Scratch of the traversal.
@@ -234,6 +241,7 @@ def trace_tree(
     eye.coefficient = wp.vec3(1.0, 1.0, 1.0)
     eye.weight = 1.0
     eye.depth = 1
+    eye.key = key
     eye.from_instance = -1
     eye.sender = -1
     eye.leaked = NO_LEAK
@@ -278,6 +286,7 @@ def trace_tree(
                 onward.coefficient = task.coefficient * (1.0 - shading.presence)
                 onward.weight = task.weight * (1.0 - shading.presence)
                 onward.passes = task.passes + 1
+                onward.key = branch_key(task.key, PASSAGE)
                 onward.from_instance = surface.instance
                 onward.from_triangle = surface.triangle
                 tasks[top] = onward
@@ -290,7 +299,9 @@ def trace_tree(
                 continue
             task.coefficient = task.coefficient * shading.presence
             task.weight = task.weight * shading.presence
-        local = local_illumination(scene, accel, frame, stack, surface, shading, task.depth, counts, observer)
+        local = local_illumination(
+            scene, accel, frame, stack, surface, shading, task.depth, task.key, sample, counts, observer
+        )
         tell_local(observer, local)
         color += wp.cw_mul(task.coefficient, local)
         top = push_children(scene, tasks, top, task, surface, shading, frame, counts, observer)
@@ -314,9 +325,23 @@ def render_pixel(
 ):
     """Add one sample to a pixel of the film."""
     eye = make_eye_ray(frame, film.x + column, film.y + row, sample)
+    key = pixel_key(film.x + column, film.y + row, frame.seed)
     first = FirstHit()
     value = trace_tree(
-        scene, accel, frame, eye.origin, eye.direction, eye.reach, stop, tasks, stack, counts, first, observer
+        scene,
+        accel,
+        frame,
+        eye.origin,
+        eye.direction,
+        eye.reach,
+        key,
+        sample,
+        stop,
+        tasks,
+        stack,
+        counts,
+        first,
+        observer,
     )
     film.color[row, column] = film.color[row, column] + value
     if sample == 0:

@@ -13,6 +13,7 @@ from .bvh_structs import AccelData, Stacks, stack_of_thread
 from .camera import make_eye_ray
 from .observer import TreeRecorder
 from .ray_tree import trace_tree
+from .sampling import pixel_key
 from .structs import FrameData, RayTask, SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -48,6 +49,8 @@ def record_sample(
         eye.origin,
         eye.direction,
         eye.reach,
+        pixel_key(x, y, frames[0].seed),
+        sample,
         recorder.stop,
         tasks[0],
         stack,

@@ -97,6 +97,15 @@ def pixel_key(x: int, y: int, seed: int) -> wp.uint32:
 
 
 @wp.func
+def branch_key(key: wp.uint32, branch: int) -> wp.uint32:
+    """Return the scrambling of what springs from something with a scrambling of its own.
+
+    That is a ray of the tree from its parent, or a light from the ray that meets the surface it is sampled for.
+    """
+    return hash_uint(key ^ hash_uint(wp.uint32(branch + 1)))
+
+
+@wp.func
 def sample_position(x: int, y: int, sample: int, sample_count: int, seed: int) -> wp.vec2:
     """Return where in its pixel a sample lies, both coordinates in [0, 1); the centre if there is only one.
 

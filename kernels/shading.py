@@ -6,12 +6,15 @@ import warp as wp
 
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import any_hit_from, closest_hit_from
-from .constants import SHADOW_LIMIT
+from .constants import SHADOW_END, SHADOW_LIMIT
 from .environment import dome_irradiance
 from .light import sample_light
 from .material import MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
 from .observer import Observer, observed
 from .ray_counts import count_shadow
+from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
+from .sample_light import has_extent
+from .sampling import branch_key, sequence_point, shuffle_index
 from .structs import FrameData, SceneData, ShadowData
 from .surface import Surface, make_surface, spawn_origin
 from .tree_hooks import (
@@ -21,6 +24,9 @@ from .tree_hooks import (
     tell_dome,
     tell_light,
     tell_own_light,
+    tell_sample,
+    tell_samples,
+    tell_samples_done,
     tell_shadow_ray,
 )
 from .vector import max_component
@@ -29,6 +35,8 @@ from .visibility import CASTS_SHADOW, holds, is_present
 SHADOW_OPAQUE = wp.constant(0)
 SHADOW_AUTO = wp.constant(1)
 SHADOW_TRANSMIT = wp.constant(2)
+LIGHT_BRANCH = wp.constant(8)
+"""First number of the branches that are lights: those below are the kinds of rays."""
 
 
 @wp.func
@@ -127,6 +135,48 @@ def shadow_ray(
 
 
 @observed
+def sampled_illumination(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    emitter: wp.ref[Emitter],
+    depth: int,
+    key: wp.uint32,
+    sample: int,
+    counts: wp.array[wp.int64],
+    observer: Observer,
+) -> wp.vec3:
+    """Return what a light with an extent, or a dome, adds to I_local: the mean of ``FrameData.light_samples`` samples.
+
+    Each has a shadow ray of its own. Samples of the light and of the pixel go through one (0, 2)-sequence, so that they
+    are stratified together; its order and digits are scrambled for each pixel, ray of the tree and light.
+    """
+    own_key = branch_key(key, emitter.row + LIGHT_BRANCH)
+    result = wp.vec3(0.0, 0.0, 0.0)
+    tell_samples(observer)
+    for k in range(frame.light_samples):
+        index = shuffle_index(wp.uint32(sample * frame.light_samples + k), own_key)
+        s = sample_emitter(scene, shading, surface.position, emitter, sequence_point(index, own_key))
+        if max_component(s.irradiance) > 0.0:
+            visible = wp.vec3(1.0, 1.0, 1.0)
+            if emitter.casts_shadow != 0:
+                count_shadow(counts, depth)
+                tell_shadow_ray(observer)
+                reach = s.distance * SHADOW_END
+                mode = frame.shadow_mode
+                visible = shadow_ray(scene, accel, mode, emitter.shadow, stack, surface, s.wi, reach, observer)
+            light_color = s.irradiance * (1.0 / (wp.pi * float(frame.light_samples)))
+            tell_sample(observer, emitter, s, shading, light_color)
+            if max_component(visible) > 0.0:
+                result += wp.cw_mul(wp.cw_mul(visible, light_color), emitter_response(emitter, shading, s.wi))
+    tell_samples_done(observer, emitter, frame.light_samples, shading, result)
+    return result
+
+
+@observed
 def local_illumination(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -135,13 +185,16 @@ def local_illumination(
     surface: wp.ref[Surface],
     shading: wp.ref[Shading],
     depth: int,
+    key: wp.uint32,
+    sample: int,
     counts: wp.array[wp.int64],
     observer: Observer,
 ) -> wp.vec3:
     """Return I_local = ka Ia + sum over lights with N.L > 0 of S I_l (kd (N.L) + ks max(R_l.V, 0)^n).
 
-    UsdPreviewSurface puts its own BRDF in the bracket and adds its emission. Domes have no direction to shadow: they
-    add their irradiance to what is diffuse, and to what is glossy but no mirror.
+    UsdPreviewSurface puts its own BRDF in the bracket and adds its emission. With ``FrameData.light_samples`` lights
+    with an extent and domes are sampled. Without, each light counts as a whole, and domes, which have no direction to
+    shadow, add their irradiance to what is diffuse, and to what is glossy but no mirror.
     """
     ambient = wp.cw_mul(shading.ambient, frame.ambient)
     tell_own_light(observer, shading.emission, ambient)
@@ -153,8 +206,14 @@ def local_illumination(
         if not holds(scene.links, light.receivers, surface.instance):
             tell_dark_light(observer, k, 0.0)
             continue
-        sample = sample_light(light, surface.position)
-        cosine = wp.dot(shading.n, sample.wi)
+        if frame.light_samples > 0 and has_extent(light):
+            emitter = light_at(scene, shading, k)
+            result += sampled_illumination(
+                scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
+            )
+            continue
+        arriving = sample_light(light, surface.position)
+        cosine = wp.dot(shading.n, arriving.wi)
         if cosine > 0.0:
             visible = wp.vec3(1.0, 1.0, 1.0)
             if light.casts_shadow != 0:
@@ -167,22 +226,28 @@ def local_illumination(
                     light.shadow,
                     stack,
                     surface,
-                    sample.to_shadow,
-                    sample.distance,
+                    arriving.to_shadow,
+                    arriving.distance,
                     observer,
                 )
-            light_color = sample.irradiance * (1.0 / wp.pi)
+            light_color = arriving.irradiance * (1.0 / wp.pi)
             term = wp.vec3(0.0, 0.0, 0.0)
             if max_component(visible) > 0.0:
-                response = eval_response(shading, sample.wi, light.diffuse, light.specular)
+                response = eval_response(shading, arriving.wi, light.diffuse, light.specular)
                 term = wp.cw_mul(wp.cw_mul(visible, light_color), response)
                 result += term
-            tell_light(observer, k, light, sample, shading, light_color, visible, term)
+            tell_light(observer, k, light, arriving, shading, light_color, visible, term)
         else:
             tell_dark_light(observer, k, cosine)
     for k in range(scene.dome_count):
         dome = scene.domes[k]
         if not holds(scene.dome_links, dome.receivers, surface.instance):
+            continue
+        if frame.light_samples > 0:
+            emitter = dome_at(scene, shading, k)
+            result += sampled_illumination(
+                scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
+            )
             continue
         diffuse = wp.cw_mul(shading.diffuse, dome_irradiance(scene, dome, shading.n)) * (dome.diffuse / wp.pi)
         glossy = wp.vec3(0.0, 0.0, 0.0)

@@ -129,6 +129,12 @@ class LightData:
     radius: wp.float32
     half_width: wp.float32
     half_height: wp.float32
+    half_x: wp.vec3
+    """Half axes of the shape as its transform leaves them, world space: what sampling sees; so too ``half_y``."""
+    half_y: wp.vec3
+    half_z: wp.vec3
+    cap: wp.float32
+    """Distant: 1 - cos of half its angle."""
     has_falloff: wp.int32
     casts_shadow: wp.int32
     diffuse: wp.float32
@@ -264,6 +270,8 @@ class FrameData:
     """1 where something stands behind the scene: a background colour that was asked for."""
     shadow_mode: wp.int32
     sample_count: wp.int32
+    light_samples: wp.int32
+    """Samples that each light with an extent, and each dome, takes at a node; 0: closed forms and sharp shadows."""
     seed: wp.int32
 
 
@@ -281,6 +289,8 @@ class RayTask:
     weight: wp.float32
     """Product of their largest channels: what the threshold is compared with."""
     depth: wp.int32
+    key: wp.uint32
+    """Scrambling of the light samples where it arrives; no two rays of a tree have the same."""
     passes: wp.int32
     """Straight alpha pass-throughs so far."""
     from_instance: wp.int32

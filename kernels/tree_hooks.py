@@ -9,9 +9,11 @@ from .bvh_traverse import closest_hit_from
 from .light import LightSample
 from .material import Shading, eval_response
 from .observer import CostCounter, Observer, TreeRecorder, observed
+from .sample_emitter import Emitter, EmitterSample, emitter_response
 from .structs import LightData, RayTask, SceneData
 from .surface import Surface, element_of, make_surface
 from .tree_record import EYE, PASSAGE, REFLECTION, REFRACTION, TRACED, CrossingRecord, LightRecord, NodeRecord
+from .vector import max_component
 
 
 @wp.func
@@ -191,6 +193,8 @@ def tell_crossing(
     observer: wp.ref[TreeRecorder], scene: wp.ref[SceneData], crossed: wp.ref[Surface], t: float, factor: wp.vec3
 ):
     """Keep it for the light whose record comes next."""
+    if observer.samples > 0:
+        return
     count = observer.counts[2]
     observer.counts[2] = count + 1
     record = CrossingRecord()
@@ -269,12 +273,93 @@ def tell_light(
     record.wi = sample.wi
     record.to_shadow = sample.to_shadow
     record.distance = sample.distance
+    record.shadow_rays = light.casts_shadow
     record.color = color
     record.visible = visible
     record.diffuse = eval_response(shading, sample.wi, light.diffuse, 0.0)
     record.specular = eval_response(shading, sample.wi, 0.0, light.specular)
     record.term = term
     append_light(observer, record)
+
+
+@observed
+def tell_samples(observer: Observer):
+    """A light or a dome is going to be sampled."""
+    pass
+
+
+@wp.func
+def tell_samples(observer: wp.ref[TreeRecorder]):
+    """Begin its record."""
+    observer.sampled = LightRecord()
+    observer.samples = 0
+
+
+@observed
+def tell_sample(
+    observer: Observer,
+    emitter: wp.ref[Emitter],
+    sample: wp.ref[EmitterSample],
+    shading: wp.ref[Shading],
+    color: wp.vec3,
+):
+    """A sample of a light or a dome lies above the horizon, and its shadow ray, if any, has been cast."""
+    pass
+
+
+@wp.func
+def tell_sample(
+    observer: wp.ref[TreeRecorder],
+    emitter: wp.ref[Emitter],
+    sample: wp.ref[EmitterSample],
+    shading: wp.ref[Shading],
+    color: wp.vec3,
+):
+    """Add it up, directions and distances by how bright it is."""
+    weight = max_component(color)
+    observer.samples += 1
+    observer.sampled.cosine += weight
+    observer.sampled.wi += sample.wi * weight
+    observer.sampled.distance += sample.distance * weight
+    observer.sampled.shadow_rays += emitter.casts_shadow
+    observer.sampled.color += color
+    whole = emitter_response(emitter, shading, sample.wi)
+    diffuse_only = Emitter()
+    diffuse_only.diffuse = emitter.diffuse
+    diffuse = emitter_response(diffuse_only, shading, sample.wi)
+    observer.sampled.diffuse += wp.cw_mul(color, diffuse)
+    observer.sampled.specular += wp.cw_mul(color, whole - diffuse)
+
+
+@observed
+def tell_samples_done(
+    observer: Observer, emitter: wp.ref[Emitter], samples: int, shading: wp.ref[Shading], term: wp.vec3
+):
+    """The samples of a light or a dome, so many, have added ``term`` to I_local."""
+    pass
+
+
+@wp.func
+def tell_samples_done(
+    observer: wp.ref[TreeRecorder], emitter: wp.ref[Emitter], samples: int, shading: wp.ref[Shading], term: wp.vec3
+):
+    """Write their record: S is the share of their light that arrives, as the surface answers to it."""
+    record = observer.sampled
+    record.node = observer.node
+    record.light = emitter.row
+    record.samples = samples
+    record.term = term
+    if record.cosine > 0.0:
+        record.distance = record.distance / record.cosine
+        record.wi = wp.normalize(record.wi)
+    record.to_shadow = record.wi
+    record.cosine = wp.dot(shading.n, record.wi)
+    unshadowed = record.diffuse + record.specular
+    for channel in range(3):
+        if unshadowed[channel] > 0.0:
+            record.visible[channel] = term[channel] / unshadowed[channel]
+    append_light(observer, record)
+    observer.samples = 0
 
 
 @observed

@@ -80,13 +80,18 @@ class LightRecord:
     """Unit direction of its shadow ray."""
     distance: wp.float32
     """Length of its shadow ray."""
+    samples: wp.int32
+    """Samples that were taken of it; 0: it counts as a whole. Of samples, directions, distance and I_l are means over
+    those that arrive from above the horizon."""
+    shadow_rays: wp.int32
+    """That were cast."""
     color: wp.vec3
     """I_l."""
     visible: wp.vec3
     """S."""
     diffuse: wp.vec3
-    """Response to a light of colour 1 by diffuse reflection, so too ``specular``. Of a dome: its terms, which
-    are added one after the other."""
+    """Response to a light of colour 1 by diffuse reflection, so too ``specular``. Of samples: the terms themselves,
+    without shadows. Of a dome that is not sampled: its terms, which are added one after the other."""
     specular: wp.vec3
     term: wp.vec3
     """What a light added to I_local: S I_l times the whole response."""

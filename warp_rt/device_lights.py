@@ -66,6 +66,7 @@ def light_record(light: Light, origin: np.ndarray, links: LinkTable, shadows: Sh
         # They shine along the normal of their plane, which shear and mirroring do not keep on local Z's way.
         normal = np.linalg.inv(light.world_from_light[:3, :3])[2]
         axes[2] = normal / np.linalg.norm(normal)
+    half_axes = light.world_from_light[:3, :3].T * _half_sizes(light)[:, None]
     return {
         "kind": int(light.kind),
         "position": light.world_from_light[:3, 3] - origin,
@@ -76,6 +77,10 @@ def light_record(light: Light, origin: np.ndarray, links: LinkTable, shadows: Sh
         "radius": _radius(light, lengths),
         "half_width": (light.length if light.kind == LightKind.CYLINDER else light.width) * lengths[0] / 2,
         "half_height": light.height * lengths[1] / 2,
+        "half_x": half_axes[0],
+        "half_y": half_axes[1],
+        "half_z": half_axes[2],
+        "cap": 2.0 * np.sin(light.angle / 4) ** 2,
         "has_falloff": light.has_falloff,
         "casts_shadow": light.casts_shadow,
         "diffuse": light.diffuse,
@@ -87,6 +92,15 @@ def light_record(light: Light, origin: np.ndarray, links: LinkTable, shadows: Sh
         "receivers": links.add(light.receivers),
         "shadow": shadows.add(light.shadow),
     }
+
+
+def _half_sizes(light: Light) -> np.ndarray:
+    """Return half the extent of a light's shape along its own axes, shape [3]."""
+    if light.kind == LightKind.RECT:
+        return np.array([light.width / 2, light.height / 2, 0.0])
+    if light.kind == LightKind.CYLINDER:
+        return np.array([light.length / 2, light.radius, light.radius])
+    return np.full(3, light.radius)
 
 
 def unit_axes(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

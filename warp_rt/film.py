@@ -116,8 +116,8 @@ class Film:
     """Path of each instanceId."""
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     facts: Mapping[str, object] = field(default_factory=dict)
-    """How it was made: source, camera, time, integrator, spp, seed, depth, threshold. No clock: equal renders, equal
-    files."""
+    """How it was made: source, camera, time, integrator, spp, light samples, seed, depth, threshold. No clock:
+    equal renders, equal files."""
 
     @property
     def color(self) -> np.ndarray:

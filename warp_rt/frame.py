@@ -31,6 +31,7 @@ def resolve_options(options: RenderOptions, settings: Settings) -> RenderOptions
         options,
         depth=first(options.depth, settings.depth, DEFAULT_DEPTH),
         threshold=first(options.threshold, settings.threshold, DEFAULT_THRESHOLD),
+        light_samples=first(options.light_samples, settings.light_samples, 0),
         ambient=first(options.ambient, settings.ambient, _BLACK),
         background=first(options.background, settings.background),
     )
@@ -53,6 +54,7 @@ def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
     frame.background_alpha = 0.0 if options.background is None else 1.0
     frame.shadow_mode = _shadow_mode(options.shadows, scene)
     frame.sample_count = options.spp
+    frame.light_samples = options.light_samples or 0
     frame.seed = options.seed
     return frame
 

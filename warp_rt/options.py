@@ -29,6 +29,7 @@ DEFAULT_DEPTH = 7
 DEFAULT_THRESHOLD = 1.0 / 255.0
 MAX_SIZE = 65536  # a side of the image [pixel]
 MAX_DEPTH = 1024
+MAX_LIGHT_SAMPLES = 65536
 MAX_SERIES = 100  # pictures: what fits on a contact sheet
 
 
@@ -48,6 +49,9 @@ class RenderOptions:
     """Levels of the ray tree; the eye ray is level 1; default 7."""
     threshold: float | None = None
     """Children of the tree whose weight is strictly below are dropped; 0: never; default 1/255."""
+    light_samples: int | None = None
+    """Samples of each dome and each light with an extent, at every node of the ray tree; 0: closed forms and sharp
+    shadows; default 0."""
     shadows: str = "auto"
     """One of ``SHADOWS``: what a transparent surface does to a shadow ray."""
     ambient: tuple[float, float, float] | None = None
@@ -57,7 +61,7 @@ class RenderOptions:
     aovs: tuple[str, ...] = ("color",)
     """Outputs, from ``AOVS``."""
     seed: int = 0
-    """Of the sample positions."""
+    """Of the sample positions, in pixels and on lights."""
     crop: tuple[int, int, int, int] | None = None
     """x, y, width, height of the part that is rendered, from the top left corner [pixel]; the film has that size."""
     bvh: str = "sah"
@@ -83,6 +87,7 @@ class RenderOptions:
         _whole_number("spp", self.spp, 1, 1 << 20)
         _whole_number("depth", self.depth, 1, MAX_DEPTH)
         _number("threshold", self.threshold, 0.0, math.inf)
+        _whole_number("light_samples", self.light_samples, 0, MAX_LIGHT_SAMPLES)
         _whole_number("seed", self.seed, 0, (1 << 31) - 1)
         _whole_number("threads", self.threads, 1, 4096)
         _whole_number("tile_size", self.tile_size, 1, MAX_SIZE)

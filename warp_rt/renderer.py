@@ -271,6 +271,9 @@ class Renderer:
             notes.append(Diagnostic("N902", source, "no light in the stage: a headlight is used"))
             lights = (headlight(chosen),)
             device_scene = with_lights(device_scene, lights)
+        elif not self.options.light_samples and (self.scene.domes or any(light.has_extent for light in lights)):
+            message = "lights of some size and domes cast sharp shadows or none: light samples make them soft"
+            notes.append(Diagnostic("N907", source, message))
         self.diagnostics = tuple(notes)
         return chosen, device_scene, lights
 
@@ -347,7 +350,10 @@ class Renderer:
 
     def _facts(self, camera: Camera, options: RenderOptions) -> dict[str, object]:
         facts: dict[str, object] = {"source": self.scene.source, "camera": camera.path, "time": self.scene.time}
-        facts |= {name: getattr(options, name) for name in ("integrator", "spp", "seed", "depth", "threshold")}
+        facts |= {
+            name: getattr(options, name)
+            for name in ("integrator", "spp", "light_samples", "seed", "depth", "threshold")
+        }
         return {name: value for name, value in facts.items() if value not in (None, "")}
 
     @contextmanager

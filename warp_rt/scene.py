@@ -344,6 +344,11 @@ class Light:
     """bool, shape [n], which of ``Scene.instances`` it illuminates; None: all."""
     shadow: Shadow = Shadow()
 
+    @property
+    def has_extent(self) -> bool:
+        """Whether it is more than a point, so that its shadows are soft where it is sampled."""
+        return self.kind != LightKind.POINT and (self.kind != LightKind.DISTANT or self.angle > 0)
+
 
 @dataclass(frozen=True)
 class Dome:
@@ -402,6 +407,7 @@ class Settings:
     depth: int | None = None
     threshold: float | None = None
     disables_depth_of_field: bool = False
+    light_samples: int | None = None
 
 
 # --- the whole

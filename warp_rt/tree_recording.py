@@ -16,7 +16,7 @@ from warp_rt.kernels import tree_record
 from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.kernels.ray_tree import task_capacity
-from warp_rt.scene import Light, MaterialModel, Scene
+from warp_rt.scene import Dome, Light, MaterialModel, Scene
 from warp_rt.tree.nodes import Color, Crossing, Fate, LightTerm, Place, RayKind, TreeNode, nested_value
 
 MAX_NODES = 1 << 18
@@ -167,6 +167,8 @@ class _Builder:
         row = self.records.lights[index]
         number = int(row["light"])
         diffuse, specular = row["diffuse"].astype(float), row["specular"].astype(float)
+        if row["samples"]:
+            return self._sampled(index)
         if number >= len(self.lights):
             return LightTerm(
                 light=self.scene.domes[number - len(self.lights)].path,
@@ -177,7 +179,8 @@ class _Builder:
                 distance=np.inf,
                 color=_BLACK,
                 visible=(1.0, 1.0, 1.0),
-                has_shadow_ray=False,
+                samples=0,
+                shadow_rays=0,
                 unshadowed_diffuse=_triple(diffuse),
                 unshadowed_specular=_triple(specular),
                 total=_triple(diffuse + specular),
@@ -194,12 +197,36 @@ class _Builder:
             distance=float(row["distance"]) if is_facing else np.nan,
             color=_triple(color),
             visible=_triple(row["visible"]),
-            has_shadow_ray=bool(is_facing and light.casts_shadow),
+            samples=0,
+            shadow_rays=int(row["shadow_rays"]),
             unshadowed_diffuse=_triple(color * diffuse),
             unshadowed_specular=_triple(color * specular),
             total=_triple(row["term"]),
             crossings=self._crossings(index),
             is_linked=light.receivers is None or bool(light.receivers[self.records.nodes["instance"][row["node"]]]),
+        )
+
+    def _sampled(self, index: int) -> LightTerm:
+        """Return the term of a light, or a dome, that was sampled."""
+        row = self.records.lights[index]
+        number = int(row["light"])
+        is_dome = number >= len(self.lights)
+        emitter = self.scene.domes[number - len(self.lights)] if is_dome else self.lights[number]
+        return LightTerm(
+            light=emitter.path,
+            kind="dome" if isinstance(emitter, Dome) else emitter.kind.name.lower(),
+            cosine=float(row["cosine"]),
+            direction=_triple(row["wi"]),
+            to_shadow=_triple(row["to_shadow"]),
+            distance=float(row["distance"]) if row["cosine"] > 0 else np.nan,
+            color=_triple(row["color"]),
+            visible=_triple(row["visible"]),
+            samples=int(row["samples"]),
+            shadow_rays=int(row["shadow_rays"]),
+            unshadowed_diffuse=_triple(row["diffuse"]),
+            unshadowed_specular=_triple(row["specular"]),
+            total=_triple(row["term"]),
+            crossings=self._crossings(index),
         )
 
     def _crossings(self, light: int) -> tuple[Crossing, ...]:

@@ -347,9 +347,27 @@ def test_framing_and_headlight_are_notes(folder: Path) -> None:
     np.testing.assert_allclose(film.color[1, 1], 0.5, rtol=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("lights", "samples", "codes"),
+    [
+        (light("SphereLight"), 0, ["N901", "N907"]),
+        (light("DomeLight"), 0, ["N901", "N907"]),
+        (light("SphereLight"), 2, ["N901"]),
+        (light("SphereLight", "bool treatAsPoint = true"), 0, ["N901"]),
+        (light("DistantLight", "float inputs:angle = 0"), 0, ["N901"]),
+    ],
+)
+def test_sharp_shadows_of_lights_with_an_extent_are_noted(
+    folder: Path, lights: str, samples: int, codes: list[str]
+) -> None:
+    renderer = Renderer(load(mesh() + lights, folder), RenderOptions(width=2, height=2, light_samples=samples))
+    renderer.render()
+    assert [record.code for record in renderer.diagnostics] == codes
+
+
 def test_every_code_of_the_documents_has_its_stage() -> None:
     documented = re.findall(r"^\| ([WN]\d{3}) \|", (DOCS / "diagnostics.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906", "N930"}
+    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906", "N907", "N930"}
 
 
 # --- what is supported

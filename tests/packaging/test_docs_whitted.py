@@ -13,7 +13,7 @@ import pytest
 import warp_rt
 from warp_rt.cli.series import parser
 from warp_rt.kernels import constants, material
-from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, MAX_DEPTH, SHADOWS
+from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, MAX_DEPTH, MAX_LIGHT_SAMPLES, SHADOWS
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "whitted.md").read_text(encoding="utf-8")
@@ -129,10 +129,12 @@ def _open(path: Path):
 
 def test_scene_wide_terms(example: Path):
     table = {row[0].strip("`"): row for row in rows("| attribute |")}
-    assert list(table) == ["warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:threshold"]
+    names = ("ambient", "background", "depth", "threshold", "lightSamples")
+    assert list(table) == [f"warp_rt:{name}" for name in names]
     assert int(table["warp_rt:depth"][2]) == DEFAULT_DEPTH
     assert table["warp_rt:threshold"][2] == f"1/{round(1 / DEFAULT_THRESHOLD)}"
     assert str(MAX_DEPTH) in table["warp_rt:depth"][4]
+    assert f"0 to {MAX_LIGHT_SAMPLES}" in table["warp_rt:lightSamples"][4]
     settings = warp_rt.load_scene(example).settings
     assert settings.ambient == (1, 1, 1)
     assert settings.background == pytest.approx(tuple(BACKGROUND))

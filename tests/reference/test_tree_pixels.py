@@ -30,9 +30,13 @@ PIXELS = 80  # a stage; on our thirteen stages alone they are more than a thousa
 ROUNDING = 2.0**-21  # of the sum of magnitudes: float32 sums of trees of some ten nodes, held against float64
 
 
-def check_pixels(path: Path, spp: int, shadows: str, pixels: int = PIXELS, device: str = "cpu") -> None:
+def check_pixels(
+    path: Path, spp: int, shadows: str, pixels: int = PIXELS, device: str = "cpu", light_samples: int = 0
+) -> None:
     """Hold the trees of random pixels of a stage against its picture."""
-    options = warp_rt.RenderOptions(width=160, spp=spp, shadows=shadows, ambient=(0.2, 0.3, 0.4), depth=6)
+    options = warp_rt.RenderOptions(
+        width=160, spp=spp, light_samples=light_samples, shadows=shadows, ambient=(0.2, 0.3, 0.4), depth=6
+    )
     renderer = warp_rt.Renderer(warp_rt.load_scene(path), options, device=device)
     film = renderer.render()
     generator = np.random.default_rng(len(path.name))
@@ -77,7 +81,7 @@ def _check_node(node: TreeNode) -> None:
 
 def _terms(light: LightTerm) -> tuple[tuple[float, float, float], ...]:
     """Return what the kernel adds for a light, one after the other: of a dome, two terms."""
-    return (light.diffuse, light.specular) if light.kind == "dome" else (light.total,)
+    return (light.diffuse, light.specular) if light.kind == "dome" and not light.samples else (light.total,)
 
 
 def test_pixels_on_every_device(device: str) -> None:
@@ -92,6 +96,11 @@ def test_pixels_of_our_stages(path: Path) -> None:
 @pytest.mark.parametrize("name", ["glass", "mirror_teapot", "shadows"])
 def test_pixels_of_many_samples_under_transmitting_shadows(name: str) -> None:
     check_pixels(ROOT / "scenes" / f"{name}.usda", spp=3, shadows="transmit", pixels=30)
+
+
+@pytest.mark.parametrize("name", ["dome", "glass", "lights", "preview_surface"])
+def test_pixels_of_sampled_lights(name: str) -> None:
+    check_pixels(ROOT / "scenes" / f"{name}.usda", spp=2, shadows="auto", pixels=40, light_samples=3)
 
 
 @pytest.mark.parametrize("name", CORPORA, ids=lambda name: Path(name).stem)

@@ -36,7 +36,7 @@ from warp_rt.options import PURPOSES, RenderOptions
         ({"crop": (0.0, 0, 4, 4)}, "crop: whole numbers x, y >= 0"),
         ({"bvh": ["sah"]}, "bvh: ['sah'] is none of sah, median"),
         ({"widht": 640}, "widht: unknown option; did you mean width?"),
-        ({"samples": 4}, "samples: unknown option; there are width, height, spp"),
+        ({"rays": 4}, "rays: unknown option; there are width, height, spp"),
     ],
 )
 def test_wrong_options_are_named(options: dict[str, Any], said: str) -> None:

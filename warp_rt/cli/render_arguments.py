@@ -81,6 +81,12 @@ def add_quality(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument("--spp", type=int, default=1, metavar="N", help="samples a pixel (default: %(default)s)")
     group.add_argument(
+        "--light-samples",
+        type=int,
+        metavar="N",
+        help="samples of each dome and area light, for soft shadows; 0: sharp ones, no noise (default: 0)",
+    )
+    group.add_argument(
         "--seed", type=int, default=0, metavar="N", help="of the sample positions (default: %(default)s)"
     )
     group.add_argument("--integrator", choices=INTEGRATORS, default=INTEGRATORS[0], help="default: %(default)s")
@@ -133,6 +139,7 @@ def render_options(args: argparse.Namespace, **others: Any) -> RenderOptions:
         spp=args.spp,
         integrator=args.integrator,
         threshold=args.threshold,
+        light_samples=args.light_samples,
         shadows=args.shadows,
         ambient=args.ambient,
         background=args.background,

@@ -34,6 +34,7 @@ def frame_summary(
         "height": film.height,
         "camera": film.facts.get("camera", ""),
         "spp": options.spp,
+        "light_samples": options.light_samples,
         "integrator": options.integrator,
         "depth": options.depth,
         "threshold": options.threshold,

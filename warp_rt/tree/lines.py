@@ -206,7 +206,8 @@ def _light(light: LightTerm) -> list[Line]:
     about = f"N.L = {number(light.cosine)}, I_l = {color(light.color)}"
     if not light.has_shadow_ray:
         return [(2, (name, (f" casts no shadow, {about}", ""))), (4, ((_terms(light), ""),))]
-    lines: list[Line] = [(2, (name, (f" S = {color(light.visible)}, {about}", "")))]
+    taken = f", {_plural(light.samples, 'sample')}" if light.samples else ""
+    lines: list[Line] = [(2, (name, (f" S = {color(light.visible)}, {about}{taken}", "")))]
     if any(light.visible):
         if light.crossings:
             through = ", ".join(f"{shown_path(c.place.prim)} ({color(c.factor)})" for c in light.crossings)
@@ -214,7 +215,9 @@ def _light(light: LightTerm) -> list[Line]:
         return [*lines, (4, ((_terms(light), ""),))]
     without = [a + b for a, b in zip(light.unshadowed_diffuse, light.unshadowed_specular, strict=True)]
     spans: list[Span] = [("shadowed by ", "")]
-    if light.crossings:
+    if light.samples and not light.crossings:
+        spans = [("in shadow", "")]
+    elif light.crossings:
         last = light.crossings[-1]
         spans += [(_place(last.place), "shadow"), (f", {number(last.distance)} away", "")]
         if len(light.crossings) > 1:

@@ -82,18 +82,21 @@ class LightTerm:
     kind: str
     """``point``, ``distant``, ..., ``dome``."""
     cosine: float | None
-    """N.L; up to 0, the light adds nothing and the rest is not known. None for a dome, which has no direction."""
+    """N.L; up to 0, the light adds nothing and the rest is not known. None for a dome that is not sampled."""
     direction: Vector
     """L, unit: the mean direction of the light that arrives; 0 where it is not known."""
     to_shadow: Vector
-    """Unit direction of the shadow ray, to the light's centre; 0 where it is not known."""
+    """Unit direction of the shadow ray, to the light's centre or, of samples, the mean; 0 where it is not known."""
     distance: float
     """Length of the shadow ray, infinite for distant lights and domes."""
     color: Color
-    """I_l; 0 for a dome, whose terms are its irradiance's."""
+    """I_l; 0 for a dome that is not sampled, whose terms are its irradiance's."""
     visible: Color
     """S, what the shadow ray brought back; 1 for lights that cast no shadow."""
-    has_shadow_ray: bool
+    samples: int
+    """Taken of a light with an extent, or of a dome; 0: it counts as a whole. Of samples, direction, distance and I_l
+    are means over what arrives from above the horizon, and S is the share that gets through."""
+    shadow_rays: int
     unshadowed_diffuse: Color
     """I_l kd (N.L), or what UsdPreviewSurface has in its place."""
     unshadowed_specular: Color
@@ -101,9 +104,14 @@ class LightTerm:
     total: Color
     """What was added to I_local: S times the two."""
     crossings: tuple[Crossing, ...] = ()
-    """The surfaces on the shadow ray's way, nearest first; at an opaque one it ends."""
+    """The surfaces on the shadow ray's way, nearest first; at an opaque one it ends. Of samples: on the first one's."""
     is_linked: bool = True
     """Whether the light illuminates the prim at all."""
+
+    @property
+    def has_shadow_ray(self) -> bool:
+        """Whether any shadow ray was cast."""
+        return self.shadow_rays > 0
 
     @property
     def is_facing(self) -> bool:
@@ -317,7 +325,7 @@ class PixelTree:
             result["nodes"] += 1
             if node.kind is not RayKind.EYE:
                 result[node.kind.name.lower()] += 1
-            result["shadow"] += sum(light.has_shadow_ray for light in node.lights)
+            result["shadow"] += sum(light.shadow_rays for light in node.lights)
             fates = (node.reflection, node.refraction)
             result["total_internal_reflection"] += node.is_totally_reflected
             result["dropped_by_threshold"] += fates.count(Fate.THRESHOLD)

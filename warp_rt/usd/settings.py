@@ -13,7 +13,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdRender, Vt
 
 from warp_rt.errors import SceneError
-from warp_rt.options import MAX_DEPTH, MAX_SIZE
+from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Settings
 from warp_rt.usd.attribute_values import numbers, shown
@@ -26,7 +26,7 @@ UNUSED_RENDER_PRIM = "N903"
 UNREAD_PRODUCT = "N904"
 
 _METADATA = "renderSettingsPrimPath"
-_OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:threshold")
+_OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:lightSamples", "warp_rt:threshold")
 _POLICIES = (
     "expandAperture",
     "cropAperture",
@@ -70,6 +70,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
             depth=reader.depth(),
             threshold=reader.threshold(),
             disables_depth_of_field=reader.truth("disableDepthOfField"),
+            light_samples=reader.light_samples(),
         ),
         reader.purposes(),
     )
@@ -217,6 +218,16 @@ class _Reader:
         if 1 <= found[0] <= MAX_DEPTH:
             return int(found[0])
         self._invalid("warp_rt:depth", f"{found[0]:g} is outside 1..{MAX_DEPTH}")
+        return None
+
+    def light_samples(self) -> int | None:
+        """Return the samples of area lights and domes."""
+        found = self._numbers("warp_rt:lightSamples", 1)
+        if found is None:
+            return None
+        if 0 <= found[0] <= MAX_LIGHT_SAMPLES:
+            return int(found[0])
+        self._invalid("warp_rt:lightSamples", f"{found[0]:g} is outside 0..{MAX_LIGHT_SAMPLES}")
         return None
 
     def threshold(self) -> float | None:

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What sampling a light is about: a direction, and how likely it was."""
+
+import warp as wp
+
+
+@wp.struct
+class LightDirection:
+    """A direction from a surface point in which a light is seen."""
+
+    wi: wp.vec3
+    """Unit, towards the light."""
+    distance: wp.float32
+    """To where the light is met; infinite for light from infinity."""
+    pdf: wp.float32
+    """Density with which sampling the light gives this direction [1/sr]; 0: the light is not seen in it."""
+
+
+@wp.func
+def cone_cap(sine2: float) -> float:
+    """Return 1 - cos of an angle up to 90 degrees whose squared sine is given; small angles lose no digit."""
+    return sine2 / (1.0 + wp.sqrt(wp.max(1.0 - sine2, 0.0)))
+
+
+@wp.func
+def direction_in_cone(cap: float, u: wp.vec2) -> wp.vec3:
+    """Return a unit direction of the cone about +z, uniform in solid angle.
+
+    Args:
+        cap: 1 - cos of the cone's half angle, up to 2.
+        u: Point of the unit square.
+    """
+    height = u[0] * cap  # 1 - cos: its sine keeps all digits in the narrowest cone
+    sine = wp.sqrt(height * (2.0 - height))
+    turn = 2.0 * wp.pi * u[1]
+    return wp.vec3(sine * wp.cos(turn), sine * wp.sin(turn), 1.0 - height)
+
+
+@wp.func
+def solve_axes(x: wp.vec3, y: wp.vec3, z: wp.vec3, v: wp.vec3) -> wp.vec3:
+    """Return (a, b, c) of v = a x + b y + c z, for axes that span space: Cramer's rule."""
+    yz = wp.cross(y, z)
+    return wp.vec3(wp.dot(yz, v), wp.dot(wp.cross(z, x), v), wp.dot(wp.cross(x, y), v)) / wp.dot(x, yz)

@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A light of any kind that has an extent: a direction in which it is seen, and what comes from there."""
+
+import warp as wp
+
+from .light import KIND_CYLINDER, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
+from .light_direction import LightDirection
+from .sample_cylinder import meet_cylinder, sample_cylinder
+from .sample_disk import meet_disk, sample_disk
+from .sample_distant import meet_distant, sample_distant
+from .sample_rect import meet_rect, sample_rect
+from .sample_sphere import meet_sphere, sample_sphere
+from .structs import LightData
+
+
+@wp.func
+def has_extent(light: wp.ref[LightData]) -> bool:
+    """Return whether a light is more than a point: without extent there is nothing to sample."""
+    return light.kind != KIND_POINT and (light.kind != KIND_DISTANT or light.cap > 0.0)
+
+
+@wp.func
+def sample_extent(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
+    """Return a direction to a light that has an extent; of density 0 where the light does not shine on the point.
+
+    Args:
+        light: The light.
+        position: Of the point.
+        u: Point of the unit square.
+    """
+    if light.kind == KIND_DISTANT:
+        return sample_distant(light.axis_z, light.cap, u)
+    center = light.position - position
+    if light.kind == KIND_SPHERE:
+        return sample_sphere(center, light.half_x, light.half_y, light.half_z, u)
+    if light.kind == KIND_CYLINDER:
+        return sample_cylinder(center, light.half_x, light.half_y, light.half_z, u)
+    if wp.dot(center, light.axis_z) <= 0.0:
+        return LightDirection()
+    if light.kind == KIND_RECT:
+        return sample_rect(center, light.half_x, light.half_y, u)
+    return sample_disk(center, light.half_x, light.half_y, u)
+
+
+@wp.func
+def meet_extent(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> LightDirection:
+    """Return what :func:`sample_extent` makes of a unit direction that comes from elsewhere."""
+    if light.kind == KIND_DISTANT:
+        return meet_distant(light.axis_z, light.cap, wi)
+    center = light.position - position
+    if light.kind == KIND_SPHERE:
+        return meet_sphere(center, light.half_x, light.half_y, light.half_z, wi)
+    if light.kind == KIND_CYLINDER:
+        return meet_cylinder(center, light.half_x, light.half_y, light.half_z, wi)
+    if wp.dot(center, light.axis_z) <= 0.0:
+        return LightDirection()
+    if light.kind == KIND_RECT:
+        return meet_rect(center, light.half_x, light.half_y, wi)
+    return meet_disk(center, light.half_x, light.half_y, wi)
+
+
+@wp.func
+def light_radiance(light: wp.ref[LightData], wi: wp.vec3) -> wp.vec3:
+    """Return what arrives from a light along a unit direction to a point of it, shaping included.
+
+    Shaping looks at the direction from each point of the light, as UsdLux has it.
+    """
+    if light.kind == KIND_DISTANT:
+        # Its emission is the irradiance of a surface that faces it: pi sin^2 of the half angle, at most pi.
+        sine2 = light.cap * (2.0 - light.cap) if light.cap < 1.0 else 1.0
+        return light.emission / (wp.pi * sine2)
+    return wp.cw_mul(light.emission, cone_factor(light, wp.dot(wi, light.axis_z)))
