@@ -15,6 +15,7 @@ NAMES = {
     "povray": "pictures and ray counts beside POV-Ray",
     "spd": "ray counts of the Standard Procedural Databases, beside the published ones",
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
+    "scale": "large stages from the file to the first picture: seconds and memory",
     "startup": "whole processes, warm and cold",
     "leaks": "a hundred million rays aimed at edges and vertices",
     "counters": "instructions, cycles and misses a ray, where the machine tells them",
