@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.scene import Scene
+from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.walk import Limits, StageWalk
@@ -333,9 +334,9 @@ def test_a_stage_nested_too_deep_or_too_large_is_refused() -> None:
     stage = stage_of("\n".join(f'def Sphere "s{k}" {{ }}' for k in range(20)))
     for limits in (Limits(prims=19), Limits(instances=19)):
         report = Report()
-        materials = MaterialReader(stage, Usd.TimeCode(0), report)
+        gprims = GprimReader(Usd.TimeCode(0), MaterialReader(stage, Usd.TimeCode(0), report), report, level=0)
         with pytest.raises(LimitError):
-            StageWalk(stage, Usd.TimeCode(0), frozenset({"default"}), materials, report, limits).walk()
+            StageWalk(stage, Usd.TimeCode(0), frozenset({"default"}), gprims, None, report, limits).walk()
 
 
 # --- values that mean nothing, and what materials miss

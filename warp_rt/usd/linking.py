@@ -8,6 +8,7 @@ Reference: UsdLux LightAPI, "Linking"; Usd CollectionAPI.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -44,8 +45,8 @@ class LinkReader:
         self,
         stage: Usd.Stage,
         instances: Instances,
-        prims: list[str],
-        tail_starts: list[int],
+        prims: Sequence[str],
+        tail_starts: Sequence[int],
         names: tuple[str, ...],
         report: Report,
     ) -> None:

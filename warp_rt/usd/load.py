@@ -14,13 +14,14 @@ from pxr import Tf, Usd
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene, Shapes
 from warp_rt.usd.cameras import read_camera, report_hidden
+from warp_rt.usd.draw_modes import StandInReader
+from warp_rt.usd.gprims import GprimReader, Gprims
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import MAX_COORDINATE
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.placement import Group
-from warp_rt.usd.point_instancer import is_regular
 from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
     captured_warnings,
@@ -31,7 +32,8 @@ from warp_rt.usd.stage import (
     stage_time,
     stage_up_axis,
 )
-from warp_rt.usd.walk import BAD_TRANSFORM, StageWalk
+from warp_rt.usd.transforms import BAD_TRANSFORM, is_regular
+from warp_rt.usd.walk import StageWalk
 
 # usdrecord's: a render product's own purposes, {default, render}, count only where they are authored.
 DEFAULT_PURPOSES = ("default", "proxy")
@@ -85,22 +87,17 @@ def load_stage(
         settings, settings_purposes = read_settings(stage, report, settings_path)
         chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
         materials = MaterialReader(stage, code, report)
-        walk = StageWalk(stage, code, frozenset(chosen), materials, report, level=level, has_draw_modes=draw_modes)
-        group = walk.walk()
-        instances, instance_paths = _instances(group, walk, report)
-        linking = LinkReader(stage, instances, walk.prims, walk.tail_starts, instance_paths, report)
+        reader = GprimReader(code, materials, report, level)
+        stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
+        walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report)
+        placed = walk.walk()
+        gprims = reader.read()
+        group = placed.build(gprims)
+        instances = _instances(group, gprims, report)
+        linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
         lights, domes = _read_lights(group, materials, linking, code, report)
         cameras = _read_cameras(group, code, report)
-        report_missing_primvars(
-            stage,
-            group,
-            walk.meshes,
-            walk.prims,
-            list(walk.material_sets),
-            materials.materials,
-            materials.textures,
-            report,
-        )
+        report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
         report_missing_camera(settings, cameras, report)
         report_unused(settings, walk.render_prims, stage, report, pass_path)
         if not len(instances):
@@ -108,10 +105,10 @@ def load_stage(
             report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
         up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
     scene = Scene(
-        meshes=tuple(walk.meshes),
+        meshes=gprims.meshes,
         instances=instances,
-        prims=tuple(walk.prims),
-        instance_paths=instance_paths,
+        prims=gprims.prims,
+        instance_paths=group.names,
         labels=walk.labels,
         materials=tuple(materials.materials),
         textures=tuple(materials.textures),
@@ -129,32 +126,33 @@ def load_stage(
     return replace(scene, diagnostics=tuple(report))
 
 
-def _instances(group: Group, walk: StageWalk, report: Report) -> tuple[Instances, tuple[str, ...]]:
-    """Return the rows that can be drawn, and the path of each instance."""
-    kept = _drawable(group, walk.meshes, walk.prims, report)
-    sets = list(walk.material_sets)
+def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
+    """Return the rows that can be drawn."""
+    kept = _drawable(group, gprims, report)
+    gprim = group.gprim[kept]
+    sets = gprims.material_sets
     offsets = np.cumsum([0] + [len(materials) for materials in sets], dtype=np.int32)[:-1]
-    instances = Instances(
-        mesh=group.mesh[kept],
+    return Instances(
+        mesh=gprims.mesh[gprim],
         world_from_local=group.matrix[kept],
-        material_offset=offsets[group.materials[kept]].astype(np.int32),
+        material_offset=offsets[gprims.materials[gprim]],
         material_table=np.array([row for materials in sets for row in materials], np.int32),
-        prim=group.prim[kept],
+        prim=gprims.prim[gprim],
         instance_id=group.name[kept],
         primvars={name: values[kept] for name, values in group.values.items()},
     )
-    return instances, group.names
 
 
-def _drawable(group: Group, meshes: list[Mesh | Shapes], prims: list[str], report: Report) -> np.ndarray:
+def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
     """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
-    reach = np.array([_reach(mesh) for mesh in meshes] or [0.0])[group.mesh]
+    reach = np.array([_reach(mesh) for mesh in gprims.meshes] or [0.0])[gprims.mesh[group.gprim]]
     with np.errstate(over="ignore", invalid="ignore"):
         extent = np.abs(group.matrix[:, :3, :3]).sum(axis=(1, 2)) * reach + np.abs(group.matrix[:, :3, 3]).sum(axis=1)
     is_good = is_regular(group.matrix) & (extent <= MAX_COORDINATE)
-    for prim in np.unique(group.prim[~is_good]):
-        count = int((group.prim[~is_good] == prim).sum())
-        report.warn(BAD_TRANSFORM, prims[prim], f"{count} instances left out: their transform is singular or too large")
+    bad = gprims.prim[group.gprim[~is_good]]
+    for prim, count in zip(*np.unique(bad, return_counts=True), strict=True):
+        message = f"{count} instances left out: their transform is singular or too large"
+        report.warn(BAD_TRANSFORM, gprims.prims[prim], message)
     return np.flatnonzero(is_good)
 
 

@@ -19,6 +19,7 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.usd.attribute_values import shown
+from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
 from warp_rt.usd.foreign_shaders import Term, foreign_terms, is_preview_surface
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
@@ -52,6 +53,8 @@ class MaterialReader:
         self._images = ImageCache(report)
         self._inputs = InputReader(self._images, time, report)
         self._rows: dict[Sdf.Path, int] = {}
+        self._bound: dict[tuple[str, Bindings], int] = {}
+        """Row of the material of all prims with certain bindings, for a purpose."""
         self._stage = stage
         self._time = time
         self._report = report
@@ -74,13 +77,20 @@ class MaterialReader:
         """Return whether the image that an attribute names is to be decoded by the sRGB curve."""
         return self._images.is_srgb(row, attribute, prim)
 
-    def bind(self, prim: Usd.Prim, *, purpose: str = "full") -> int:
+    def bind(self, prim: Usd.Prim, bindings: Bindings | None = None, *, purpose: str = "full") -> int:
         """Return the row of the material that is bound to a gprim or GeomSubset.
 
         Args:
             prim: Whose binding counts, inherited and collection-based bindings included.
+            bindings: What they say; None: they are read.
             purpose: ``full`` or ``preview``, which fall back to bindings without a purpose, or empty for those alone.
         """
+        said = read_bindings(prim) if bindings is None else bindings
+        if not said:
+            return self.display_color()
+        row = self._bound.get((purpose, said))
+        if row is not None:
+            return row
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
         if not material:
             self._warn_dangling(prim)
@@ -88,6 +98,8 @@ class MaterialReader:
         path = material.GetPath()
         if path not in self._rows:
             self._rows[path] = self._add(material)
+        if is_shared(said):
+            self._bound[purpose, said] = self._rows[path]
         return self._rows[path]
 
     def display_color(self) -> int:

@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Material, Mesh, Shapes, Texture
+from warp_rt.usd.gprims import Gprims
 from warp_rt.usd.placement import Group
 from warp_rt.usd.primvars import WIDTHS, WRONG_TYPE, is_drawable
 
@@ -20,9 +21,7 @@ NO_SUCH_PRIMVAR = "N912"
 def report_missing_primvars(
     stage: Usd.Stage,
     group: Group,
-    meshes: Sequence[Mesh | Shapes],
-    prims: Sequence[str],
-    material_sets: Sequence[tuple[int, ...]],
+    gprims: Gprims,
     materials: Sequence[Material],
     textures: Sequence[Texture],
     report: Report,
@@ -34,16 +33,16 @@ def report_missing_primvars(
     """
     asked = [_asked(material, textures) for material in materials]
     users: dict[int, list[int]] = {}
-    for row, material_set in enumerate(material_sets):
+    for row, material_set in enumerate(gprims.material_sets):
         for material in set(material_set):
             if asked[material]:
                 users.setdefault(material, []).append(row)
     for material, sets in users.items():
-        rows = np.flatnonzero(np.isin(group.materials, sets))
+        rows = np.flatnonzero(np.isin(gprims.materials[group.gprim], sets))
         for name, is_coordinate in asked[material].items():
-            lacking = rows[~_has_value(name, group, meshes, rows)]
+            lacking = rows[~_has_value(name, group, gprims, rows)]
             missing = []
-            for path in dict.fromkeys(prims[row] for row in np.unique(group.prim[lacking])):
+            for path in dict.fromkeys(gprims.prims[row] for row in np.unique(gprims.prim[group.gprim[lacking]])):
                 primvar = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(path)).FindPrimvarWithInheritance(name)
                 if not primvar or not primvar.HasAuthoredValue():
                     missing.append(path)
@@ -78,9 +77,9 @@ def _kind(primvar: UsdGeom.Primvar) -> str:
     return f"the type {kind}" if size == 1 else f"elements of {size} {kind.scalarType}"
 
 
-def _has_value(name: str, group: Group, meshes: Sequence[Mesh | Shapes], rows: np.ndarray) -> np.ndarray:
+def _has_value(name: str, group: Group, gprims: Gprims, rows: np.ndarray) -> np.ndarray:
     """Return which rows of a group have a primvar, of their mesh or from above: bool."""
-    has_own = np.array([_has_own(name, mesh) for mesh in meshes] or [False])[group.mesh[rows]]
+    has_own = np.array([_has_own(name, mesh) for mesh in gprims.meshes] or [False])[gprims.mesh[group.gprim[rows]]]
     return has_own | ~np.isnan(group.values[name][rows, 0]) if name in group.values else has_own
 
 

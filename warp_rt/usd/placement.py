@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of placed meshes, and copies of groups: what instancing of every kind comes down to."""
+"""Groups of placed gprims, and copies of groups: what instancing of every kind comes down to."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.errors import LimitError
-from warp_rt.usd.primvars import merge_width
+from warp_rt.usd.gprims import Gprims
+from warp_rt.usd.primvars import Values, merge_width
 
 MAX_INSTANCES = 10_000_000
-
-Values = Mapping[str, np.ndarray]
-"""Values by primvar name: float32, shape [c], or [n, c] for n copies."""
 
 
 @dataclass(frozen=True)
@@ -32,16 +30,12 @@ class PlacedPrim:
 
 @dataclass(frozen=True)
 class Group:
-    """Rows of placed meshes, one for each copy; a group within it has been copied into it already."""
+    """Rows of placed gprims, one for each copy; a group within it has been copied into it already."""
 
-    mesh: np.ndarray
-    """int32, shape [k], row of the scene's meshes."""
+    gprim: np.ndarray
+    """int32, shape [k], row of the ``Gprims``."""
     matrix: np.ndarray
     """float64, shape [k, 4, 4], group from local."""
-    materials: np.ndarray
-    """int32, shape [k], row of the scene's sets of materials."""
-    prim: np.ndarray
-    """int32, shape [k], row of the scene's prims."""
     name: np.ndarray
     """int32, shape [k], row of ``names``, or -1 for what belongs to the group's own instance."""
     names: tuple[str, ...]
@@ -54,37 +48,47 @@ class Group:
     cameras: tuple[PlacedPrim, ...]
 
     def __len__(self) -> int:
-        return len(self.mesh)
+        return len(self.gprim)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to copy."""
+        return not (len(self.gprim) or self.lights or self.cameras)
 
 
 class GroupBuilder:
-    """Collects a group: meshes, lights, cameras, and copies of other groups.
+    """Collects a group: gprims, lights, cameras, and copies of other groups.
 
     Copies are only counted as they are added, and made by ``build``: so a group that multiplies beyond the limit is
     refused before any group within it has taken memory.
 
     Args:
-        mesh_primvars: Names of the primvars of each mesh of the scene, kept up to date by its owner.
         instance_limit: Number of rows at which LimitError is raised, before memory is taken.
     """
 
-    def __init__(self, mesh_primvars: Sequence[frozenset[str]], instance_limit: int = MAX_INSTANCES) -> None:
-        self._mesh_primvars = mesh_primvars
+    def __init__(self, instance_limit: int = MAX_INSTANCES) -> None:
         self._limit = instance_limit
+        self.is_absolute = False
+        """Whether something in it stands still, wherever the group is placed."""
         self.weight = 0
-        """Number of meshes, lights and cameras, copies included."""
+        """Number of gprims, lights and cameras, copies included."""
         self._group: Group | None = None
-        self._singles: list[tuple[int, np.ndarray, int, int, int, Values]] = []
-        self._names: list[str] = []
+        self._singles: list[tuple[int, np.ndarray, Values]] = []
         self._copies: dict[tuple[int, frozenset[str]], tuple[GroupBuilder, list[tuple[np.ndarray, str, Values]]]] = {}
         self._batches: list[tuple[GroupBuilder, np.ndarray, Sequence[str], Values, Values]] = []
         self._lights: list[PlacedPrim] = []
         self._cameras: list[PlacedPrim] = []
 
-    def add_mesh(self, mesh: int, matrix: np.ndarray, materials: int, prim: int, values: Values) -> None:
-        """Place a mesh; ``values`` are those that it inherits or that its shared mesh has no room for."""
+    def add_gprim(self, gprim: int, matrix: np.ndarray, values: Values) -> None:
+        """Place a gprim.
+
+        Args:
+            gprim: Its row.
+            matrix: Group from local, shape [4, 4].
+            values: Those that it inherits or that its shared mesh has no room for; what its mesh has itself precedes.
+        """
         self._take(1)
-        self._singles.append((mesh, matrix, materials, prim, -1, values))
+        self._singles.append((gprim, matrix, values))
 
     def add_light(self, light: PlacedPrim) -> None:
         """Place a light."""
@@ -124,31 +128,31 @@ class GroupBuilder:
         self._take(group.weight * len(matrices))
         self._batches.append((group, matrices, names, inherited, given))
 
-    def build(self) -> Group:
-        """Return the group; later calls return the same one."""
+    def build(self, gprims: Gprims) -> Group:
+        """Return the group, without the gprims that are not drawn; later calls return the same one."""
         if self._group is None:
-            self._group = self._joined([self._single_rows(), *self._copied_groups()])
+            self._group = self._joined([self._single_rows(gprims), *self._copied_groups(gprims)])
         return self._group
 
-    def _copied_groups(self) -> Iterator[Group]:
-        for group, copies in self._copies.values():
-            if group.weight:
+    def _copied_groups(self, gprims: Gprims) -> Iterator[Group]:
+        for builder, copies in self._copies.values():
+            group = builder.build(gprims)
+            if not group.is_empty:
                 matrices = np.stack([matrix for matrix, _, _ in copies])
                 names = [name for _, name, _ in copies]
                 values = {key: _stack_padded([inherited[key] for _, _, inherited in copies]) for key in copies[0][2]}
-                yield _copied(group.build(), matrices, names, values, {}, self._mesh_primvars)
+                yield _copied(group, matrices, names, values, {}, gprims)
         for batch in self._batches:
-            if batch[0].weight:
-                yield _copied(batch[0].build(), *batch[1:], self._mesh_primvars)
+            group = batch[0].build(gprims)
+            if not group.is_empty:
+                yield _copied(group, *batch[1:], gprims)
 
     def _joined(self, chunks: list[Group]) -> Group:
         counts = [len(chunk) for chunk in chunks]
         offsets = np.cumsum([0] + [len(chunk.names) for chunk in chunks])[:-1]
         return Group(
-            mesh=np.concatenate([chunk.mesh for chunk in chunks]),
+            gprim=np.concatenate([chunk.gprim for chunk in chunks]),
             matrix=np.concatenate([chunk.matrix for chunk in chunks]),
-            materials=np.concatenate([chunk.materials for chunk in chunks]),
-            prim=np.concatenate([chunk.prim for chunk in chunks]),
             name=np.concatenate(
                 [
                     np.where(chunk.name < 0, -1, chunk.name + offset).astype(np.int32)
@@ -170,21 +174,26 @@ class GroupBuilder:
         if self.weight > self._limit:
             raise LimitError(f"the stage holds more than {self._limit} instances")
 
-    def _single_rows(self) -> Group:
-        rows = self._singles
-        keys = sorted({key for row in rows for key in row[5]})
+    def _single_rows(self, gprims: Gprims) -> Group:
+        gprim = np.array([row for row, _, _ in self._singles], np.int32)
+        drawn = np.flatnonzero(gprims.mesh[gprim] >= 0)
+        gprim = gprim[drawn]
+        holders: dict[str, list[int]] = {}
+        for place, row in enumerate(drawn):
+            for key in self._singles[row][2]:
+                holders.setdefault(key, []).append(place)
         values = {}
-        for key in keys:
-            holders = [(i, row[5][key]) for i, row in enumerate(rows) if key in row[5]]
-            width = max(len(value) for _, value in holders)
-            values[key] = np.full((len(rows), width), np.nan, np.float32)
-            values[key][[i for i, _ in holders]] = _stack_padded([value for _, value in holders])
+        for key in sorted(holders):
+            places = np.array(holders[key])
+            places = places[~gprims.has_own(key, gprim[places])]
+            if len(places):
+                given = _stack_padded([self._singles[drawn[place]][2][key] for place in places])
+                values[key] = np.full((len(drawn), given.shape[1]), np.nan, np.float32)
+                values[key][places] = given
         return Group(
-            mesh=np.array([row[0] for row in rows], np.int32),
-            matrix=np.array([row[1] for row in rows], np.float64).reshape(-1, 4, 4),
-            materials=np.array([row[2] for row in rows], np.int32),
-            prim=np.array([row[3] for row in rows], np.int32),
-            name=np.array([row[4] for row in rows], np.int32),
+            gprim=gprim,
+            matrix=np.array([self._singles[row][1] for row in drawn], np.float64).reshape(-1, 4, 4),
+            name=np.full(len(drawn), -1, np.int32),
             names=(),
             values=values,
             from_instancer={},
@@ -199,7 +208,7 @@ def _copied(
     names: Sequence[str],
     inherited: Values,
     given: Values,
-    mesh_primvars: Sequence[frozenset[str]],
+    gprims: Gprims,
 ) -> Group:
     """Return n copies of a group, one after the other; arguments as ``GroupBuilder.add_copies``."""
     n, k = len(matrices), len(group)
@@ -214,7 +223,7 @@ def _copied(
         if key in group.values:
             rows[:] = merge_width(group.values[key], width)
         if key in inherited:
-            is_free = np.isnan(rows[0, :, 0]) & ~_meshes_with(key, group, mesh_primvars)
+            is_free = np.isnan(rows[0, :, 0]) & ~gprims.has_own(key, group.gprim)
             rows[:, is_free] = merge_width(inherited[key], width)[:, None]
         if key in given:
             is_open = ~group.from_instancer.get(key, np.zeros(k, bool))
@@ -222,10 +231,8 @@ def _copied(
             from_instancer[key] = np.ones(n * k, bool)
         values[key] = rows.reshape(n * k, width)
     return Group(
-        mesh=np.tile(group.mesh, n),
+        gprim=np.tile(group.gprim, n),
         matrix=np.matmul(matrices[:, None], group.matrix[None]).reshape(-1, 4, 4),
-        materials=np.tile(group.materials, n),
-        prim=np.tile(group.prim, n),
         name=(np.arange(n)[:, None] * len(used) + local.reshape(-1)[None]).reshape(-1).astype(np.int32),
         names=tuple(name + suffix for name in names for suffix in suffixes),
         values=values,
@@ -241,12 +248,6 @@ def _copied_prims(prims: Sequence[PlacedPrim], matrices: np.ndarray, names: Sequ
         for matrix, name in zip(matrices if prims else (), names if prims else (), strict=True)
         for placed in prims
     )
-
-
-def _meshes_with(key: str, group: Group, mesh_primvars: Sequence[frozenset[str]]) -> np.ndarray:
-    """Return which rows have a mesh that has a primvar of that name itself: bool, shape [k]."""
-    meshes, row = np.unique(group.mesh, return_inverse=True)
-    return np.array([key in mesh_primvars[mesh] for mesh in meshes], bool)[row.reshape(-1)]
 
 
 def _concatenated(parts: Sequence[Mapping[str, np.ndarray]], counts: Sequence[int]) -> dict[str, np.ndarray]:

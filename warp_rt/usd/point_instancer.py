@@ -13,6 +13,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.primvars import rows_by_instance
+from warp_rt.usd.transforms import is_regular
 
 BAD_ARRAY = "W120"
 BAD_PROTOTYPE = "W121"
@@ -64,23 +65,6 @@ def read_point_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> 
     kept = np.flatnonzero(is_shown & in_range & is_invertible)
     values = {name: rows[kept] for name, rows in rows_by_instance(prim, count, time, report).items()}
     return PointInstances(prototypes, kept, prototype[kept], matrices[kept], values)
-
-
-def is_regular(matrices: np.ndarray) -> np.ndarray:
-    """Return which transforms are finite and can be inverted: bool, shape [n].
-
-    The determinant is compared with the product of the lengths of the axes, so that the size of the object does not
-    matter; below 1e-12 of it, float64 rounding of a product with a singular matrix looks the same.
-
-    Args:
-        matrices: float64, shape [n, 4, 4].
-    """
-    is_finite = np.isfinite(matrices).all(axis=(1, 2))
-    axes = np.where(is_finite[:, None, None], matrices[:, :3, :3], 0.0)
-    lengths = np.linalg.norm(axes, axis=1)
-    has_extent = (lengths > 0).all(axis=1)
-    unit = axes / np.where(lengths > 0, lengths, 1.0)[:, None]
-    return is_finite & has_extent & (np.abs(np.linalg.det(unit)) > 1e-12)
 
 
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:

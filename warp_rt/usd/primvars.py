@@ -21,6 +21,9 @@ BAD_INDEX = "W107"
 WRONG_TYPE = "W108"
 NOT_FINITE = "W109"
 
+Values = Mapping[str, np.ndarray]
+"""Values by primvar name: float32, shape [c], or [n, c] for n copies."""
+
 # Components that a name promises, where one does.
 WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
 _NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|normal|vector|point)([234][hfd]?)?")

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Relationships that hold for all prims below: what they say, in a form in which the same compares equal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pxr import Sdf, Usd, UsdShade
+
+_HANDED_DOWN = ("material:binding", "skel:skeleton", "skel:animationSource")
+_COLLECTION = "material:binding:collection:"
+
+
+class Binding(NamedTuple):
+    """What one relationship says."""
+
+    name: str
+    targets: tuple[Sdf.Path, ...]
+    strength: str | None
+    holder: Sdf.Path | None
+    """The prim that has it, where that matters: which prims a collection holds goes by their paths."""
+    is_applied: bool
+    """Whether its prim has the schema that it belongs to; USD complains of the others, each time it reads them."""
+
+
+Bindings = tuple[Binding, ...]
+"""From the root down to a prim. Prims of which the same is said have the same material."""
+
+
+def extend_bindings(above: Bindings, prim: Usd.Prim, properties: Sequence[str]) -> Bindings:
+    """Return what material and skeleton bindings on a prim and above it say.
+
+    Args:
+        above: What those above it say.
+        prim: The prim.
+        properties: Names of its properties.
+    """
+    said = above
+    for name in properties:
+        if not name.startswith(_HANDED_DOWN):
+            continue
+        relationship = prim.GetRelationship(name)
+        if not relationship:
+            continue
+        binding = Binding(
+            name,
+            tuple(relationship.GetForwardedTargets()),
+            relationship.GetMetadata("bindMaterialAs"),
+            prim.GetPath() if name.startswith(_COLLECTION) else None,
+            prim.HasAPI(UsdShade.MaterialBindingAPI) or not name.startswith("material:"),
+        )
+        said = (*said, binding)
+    return said
+
+
+def read_bindings(prim: Usd.Prim) -> Bindings:
+    """Return what bindings on a prim and all above it say."""
+    chain = []
+    while prim and not prim.IsPseudoRoot():
+        chain.append(prim)
+        prim = prim.GetParent()
+    said: Bindings = ()
+    for prim in reversed(chain):
+        said = extend_bindings(said, prim, prim.GetAuthoredPropertyNames())
+    return said
+
+
+def is_shared(bindings: Bindings) -> bool:
+    """Return whether all prims of which the same is said have the same material, as quietly."""
+    return all(binding.is_applied and binding.holder is None for binding in bindings)

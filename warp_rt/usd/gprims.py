@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The prims that are drawn: listed as the walk meets them, their geometry and materials read when all are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from pxr import Sdf, Tf, Usd
+
+from warp_rt.report import Report
+from warp_rt.scene import Mesh, Shapes
+from warp_rt.usd.bindings import extend_bindings
+from warp_rt.usd.context import Context
+from warp_rt.usd.draw_modes import StandIn
+from warp_rt.usd.geometry import read_geometry
+from warp_rt.usd.implicit import Shape, make_shape
+from warp_rt.usd.materials import MaterialReader
+from warp_rt.usd.mesh import MeshSource
+from warp_rt.usd.skinning import Skin
+from warp_rt.usd.stage import error_text
+from warp_rt.usd.transforms import BAD_TRANSFORM
+
+
+@dataclass(frozen=True)
+class Gprims:
+    """What is drawn of the listed prims, a row each; prims, meshes and sets of materials count from the first drawn."""
+
+    meshes: tuple[Mesh | Shapes, ...]
+    prims: tuple[str, ...]
+    """Paths."""
+    tail_starts: tuple[int, ...]
+    """Where, in each of these paths, what belongs to the innermost instance begins: see ``Context``."""
+    material_sets: tuple[tuple[int, ...], ...]
+    """Materials of the slots of a mesh."""
+    mesh: np.ndarray
+    """int32, shape [n], row of ``meshes``; -1: there is nothing to draw."""
+    prim: np.ndarray
+    """int32, shape [n], row of ``prims``."""
+    materials: np.ndarray
+    """int32, shape [n], row of ``material_sets``."""
+    primvars: tuple[frozenset[str], ...]
+    """Names of the primvars of each mesh."""
+
+    def has_own(self, name: str, rows: np.ndarray) -> np.ndarray:
+        """Return which rows have a mesh with a primvar of that name: bool, shape [k]."""
+        of_mesh = np.array([name in names for names in self.primvars] or [False])
+        return of_mesh[self.mesh[rows]]
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A prim whose geometry is read, for all who share it."""
+
+    prim: Usd.Prim
+    skin: Skin | None
+
+
+class _Listed(NamedTuple):
+    """A prim that is drawn."""
+
+    prim: Usd.Prim
+    source: int
+    """Row of the sources of geometry."""
+    context: Context
+    """What its children have from it."""
+    materials: tuple[int, ...]
+    """Those that it has whatever is bound; empty: none."""
+
+
+class GprimReader:
+    """Lists the prims that are drawn, then reads them.
+
+    Geometry that instances share, or that is a unit shape, is read once.
+
+    Args:
+        time: When attributes are read.
+        materials: Gives the material of each prim.
+        report: Takes the diagnostics.
+        level: Refinements of subdivision surfaces.
+    """
+
+    def __init__(self, time: Usd.TimeCode, materials: MaterialReader, report: Report, level: int) -> None:
+        self._time = time
+        self._materials = materials
+        self._report = report
+        self._level = level
+        self._listed: list[_Listed] = []
+        self._sources: list[_Source | Shape | StandIn] = []
+        self._rows: dict[object, int] = {}
+        """Row of the source with a certain key."""
+
+    def add(self, prim: Usd.Prim, context: Context, skin: Skin | None) -> int:
+        """List a prim of one of ``geometry.TYPES``; return its row.
+
+        Args:
+            prim: The prim.
+            context: What its children have from it.
+            skin: Deforms it.
+        """
+        # Instances of a mesh share it, but each skeleton makes another one of it.
+        shared = prim.GetPrimInPrototype() if skin is None and prim.IsInstanceProxy() else prim
+        return self._add(prim, shared.GetPath(), _Source(prim, skin), context)
+
+    def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
+        """List a prim that is a unit shape; return its row."""
+        return self._add(prim, shape.key, shape, context)
+
+    def add_stand_in(self, prim: Usd.Prim, context: Context, stand_in: StandIn) -> int:
+        """List a model that is replaced; return its row."""
+        return self._add(prim, stand_in.key, stand_in, context, stand_in.materials)
+
+    def _add(
+        self,
+        prim: Usd.Prim,
+        key: object,
+        source: _Source | Shape | StandIn,
+        context: Context,
+        materials: tuple[int, ...] = (),
+    ) -> int:
+        row = self._rows.setdefault(key, len(self._sources))
+        if row == len(self._sources):
+            self._sources.append(source)
+        self._listed.append(_Listed(prim, row, context, materials))
+        return len(self._listed) - 1
+
+    def read(self) -> Gprims:
+        """Return the listed prims' geometry and materials."""
+        sources = [self._read_source(source) for source in self._sources]
+        mesh, prim, materials = np.full((3, len(self._listed)), -1, np.int32)
+        meshes: dict[int, int] = {}
+        prims: dict[tuple[Sdf.Path, int], int] = {}
+        material_sets: dict[tuple[int, ...], int] = {}
+        for row, listed in enumerate(self._listed):
+            source = sources[listed.source]
+            if source is None:
+                continue
+            mesh[row] = meshes.setdefault(listed.source, len(meshes))
+            prim[row] = prims.setdefault((listed.prim.GetPath(), listed.context.tail_start), len(prims))
+            bound = listed.materials or self._bind(listed, source)
+            materials[row] = material_sets.setdefault(bound, len(material_sets))
+        drawn = [source.mesh for source in (sources[row] for row in meshes) if source is not None]
+        return Gprims(
+            meshes=tuple(drawn),
+            prims=tuple(str(path) for path, _ in prims),
+            tail_starts=tuple(start for _, start in prims),
+            material_sets=tuple(material_sets),
+            mesh=mesh,
+            prim=prim,
+            materials=materials,
+            primvars=tuple(frozenset(one.primvars) for one in drawn),
+        )
+
+    def _read_source(self, source: _Source | Shape | StandIn) -> MeshSource | None:
+        if isinstance(source, Shape):
+            return MeshSource(make_shape(source.key))
+        if isinstance(source, StandIn):
+            return MeshSource(source.geometry)
+        try:
+            return read_geometry(source.prim, self._time, self._report, skin=source.skin, level=self._level)
+        except Tf.ErrorException as error:
+            self._report.warn(BAD_TRANSFORM, source.prim.GetPath(), f"left out: {error_text(error)}")
+            return None
+
+    def _bind(self, listed: _Listed, source: MeshSource) -> tuple[int, ...]:
+        """Return the materials of a mesh's slots."""
+        rows = [self._materials.bind(listed.prim, listed.context.bindings)]
+        for name in source.subsets:
+            subset = listed.prim.GetChild(name)
+            said = extend_bindings(listed.context.bindings, subset, subset.GetAuthoredPropertyNames())
+            rows.append(self._materials.bind(subset, said))
+        return tuple(rows)

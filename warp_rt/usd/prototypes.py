@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What native instances and PointInstancers repeat: walked once, as a group of its own, and copied with its matrices.
+
+A walk through instance proxies would take a thousand times as long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.usd.bindings import read_bindings
+from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context
+from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
+from warp_rt.usd.placement import GroupBuilder
+from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
+from warp_rt.usd.primvars import inherited_constants
+
+CYCLE = "W123"
+
+
+WalkGroup = Callable[[Sequence[Usd.Prim], Context], GroupBuilder]
+"""Returns the group of some prims and all below them."""
+
+
+class Prototypes:
+    """Adds the copies that instances make to groups.
+
+    Args:
+        stage: Of the instances.
+        time: When they are read.
+        report: Takes the diagnostics.
+    """
+
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report) -> None:
+        self._stage = stage
+        self._time = time
+        self._report = report
+        self._groups: dict[tuple[object, ...], GroupBuilder] = {}
+        self._open: list[Sdf.Path] = []
+
+    def add_native_instance(
+        self, prim: Usd.Prim, context: Context, builder: GroupBuilder, walk_group: WalkGroup
+    ) -> None:
+        """Copy the group of an instance's prototype.
+
+        The prototype is walked through the first instance that shows it; others share its group if all that they
+        hand down is the same: the purpose, the draw mode and the materials. (Primvars they hand down are kept apart
+        by copy.)
+
+        Args:
+            prim: The instance.
+            context: What its children have from it.
+            builder: Takes the copy.
+            walk_group: Walks the prototype.
+        """
+        # Below a SkelRoot each instance has a pose of its own.
+        pose = prim.GetPath() if context.is_skinned else None
+        style = (context.purpose, context.draw_mode, context.card_visibility)
+        key = (prim.GetPrototype().GetPath(), style, pose, context.bindings)
+        group = self._groups.get(key)
+        if group is None:
+            inside = replace(
+                context,
+                matrix=np.eye(4),
+                world_from_group=context.world_from_group @ context.matrix,
+                path_length=len(str(prim.GetPath())),
+                tail_start=len(str(prim.GetPath())),
+                primvars=[],
+                constants={},
+            )
+            group = walk_group(prim.GetFilteredChildren(context.predicate), inside)
+            if group.is_absolute:  # nothing to share, for something in it stands still while instances move
+                builder.is_absolute = True
+            else:
+                self._groups[key] = group
+        builder.add_copy(group, context.matrix, context.name(prim), context.constants)
+
+    def add_point_instances(
+        self, prim: Usd.Prim, context: Context, builder: GroupBuilder, walk_group: WalkGroup
+    ) -> None:
+        """Copy the groups of a PointInstancer's prototypes.
+
+        Args:
+            prim: The instancer.
+            context: What its children have from it.
+            builder: Takes the copies.
+            walk_group: Walks the prototypes.
+        """
+        instances = read_point_instances(prim, self._time, self._report)
+        name = context.name(prim)
+        for row, path in enumerate(instances.prototypes):
+            chosen = np.flatnonzero(instances.prototype == row)
+            if not len(chosen):
+                continue
+            group = self._instancer_group(prim, path, context, walk_group)
+            if group is None:
+                continue
+            is_below = path.HasPrefix(prim.GetPath())
+            inherited = context.constants if is_below else {}
+            builder.add_copies(
+                group,
+                context.matrix @ instances.matrices[chosen],
+                [f"{name}[{index}]" for index in instances.index[chosen]],
+                {key: np.tile(value, (len(chosen), 1)) for key, value in inherited.items()},
+                {key: values[chosen] for key, values in instances.values.items()},
+            )
+
+    def _instancer_group(
+        self, instancer: Usd.Prim, path: Sdf.Path, context: Context, walk_group: WalkGroup
+    ) -> GroupBuilder | None:
+        """Return the group of a PointInstancer's prototype, its root's own transform included."""
+        prototype = self._stage.GetPrimAtPath(path)
+        if not prototype or not prototype.IsActive():
+            self._report.warn(BAD_PROTOTYPE, instancer.GetPath(), f"the prototype {path} is no prim that can be drawn")
+            return None
+        if path in self._open:
+            self._report.warn(CYCLE, instancer.GetPath(), f"the prototype {path} contains this instancer: left out")
+            return None
+        key = (path, context.purpose)
+        group = self._groups.get(key)
+        if group is None:
+            parent = prototype.GetParent()
+            is_below = path.HasPrefix(instancer.GetPath())
+            primvars = (
+                UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars() if parent.IsValid() and not is_below else []
+            )
+            inside = Context(
+                matrix=np.eye(4),
+                world_from_group=np.eye(4),
+                path_length=len(str(path)),
+                tail_start=len(str(instancer.GetPath())) if is_below else 0,
+                predicate=SHOWN_IN_PROTOTYPE,
+                purpose=context.purpose,
+                bindings=read_bindings(parent),
+                primvars=primvars,
+                constants=inherited_constants(primvars, self._time, self._report),
+                draw_mode=draw_mode(parent, "", self._report) if parent else "default",
+                card_visibility=inherited_card_visibility(parent),
+                has_clips=context.has_clips,
+            )
+            self._open.append(path)
+            group = self._groups[key] = walk_group([prototype], inside)
+            self._open.pop()
+        return group
