@@ -248,6 +248,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W412": (light("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = 0"), {"/l"}),
     "W413": (light("SphereLight", 'string inputs:intensity = "x"'), {"/l"}),
+    "W419": (light("SphereLight", 'uniform token light:shaderId = "TheirLight"'), {"/l"}),
     "W421": ('def Camera "c" { float fStop = 2 }', {"/c"}),
     "W422": ('def Camera "c" { int clippingPlanes = 1 }', {"/c"}),
     "W423": ('def Camera "c" { double shutter:open = -1 }', {"/c"}),

@@ -194,3 +194,15 @@ def test_influences_of_curves_that_do_not_fit_are_told_too() -> None:
         scene = load_stage(stage_of(f'def BasisCurves "m" ({BOUND}) {{ {strand} {joints}\n}}'))
         np.testing.assert_allclose(world_points(scene)[0, 1], end, atol=1e-6)
         assert {record.code for record in scene.diagnostics if record.code[0] == "W"} == codes
+
+
+def test_a_target_that_is_no_blend_shape_is_told() -> None:
+    body = SHAPES.replace("= </root/m/lift>", "= </root/gone>")
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {body}\n}}', lift=1.0))
+    np.testing.assert_array_equal(world_points(scene)[:, 1], 0)
+    assert [record.prim for record in scene.diagnostics if record.code == "W131"] == ["/root/m"]
+
+
+def test_blend_shapes_of_no_weight_need_no_joints() -> None:
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {SHAPES}\n}}', lift=0.0))
+    assert [str(record) for record in scene.diagnostics] == []

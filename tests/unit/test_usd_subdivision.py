@@ -19,6 +19,7 @@ CUBE = """
     int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
     int[] faceVertexIndices = [0,1,3,2, 4,6,7,5, 0,4,5,1, 2,3,7,6, 0,2,6,4, 1,5,7,3]
 """
+QUAD_POINTS = "point3f[] points = [(0,0,0), (1,0,0), (0,1,0), (1,1,0)]\n"
 TOP = "int[] creaseIndices = [1, 5, 7, 3, 1]\nint[] creaseLengths = [5]\n"
 
 
@@ -163,3 +164,10 @@ def test_level_0_is_the_cage() -> None:
     stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Mesh "m" {{ {CUBE}\n}}')
     source = read_mesh(stage.GetPrimAtPath("/m"), Usd.TimeCode.Default(), Report())
     assert len(source.mesh.triangles) == 12
+
+
+def test_a_boundary_rule_that_leaves_no_face_is_told() -> None:
+    """A single quadrilateral has no face inside its boundary."""
+    quad = QUAD_POINTS + "int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 3, 2]\n"
+    scene = load('uniform token interpolateBoundary = "none"', kind=quad)
+    assert (scene.meshes, [record.code for record in scene.diagnostics]) == ((), ["N910", "N905"])

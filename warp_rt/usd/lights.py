@@ -32,6 +32,7 @@ IGNORED_PORTALS = "W410"
 DOME_LAYOUT = "W411"
 POINT_WITHOUT_AREA = "W412"
 INVALID_VALUE = "W413"
+FOREIGN_LIGHT = "W419"
 
 _KINDS = {
     "SphereLight": LightKind.SPHERE,
@@ -318,6 +319,9 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     texture = attributes.asset("inputs:texture:file") if prim.GetTypeName() == "RectLight" else None
     if texture is not None:
         report.warn(IGNORED_TEXTURE, path, f"the light's texture @{texture.path}@ is not supported; it is uniform")
+    shader = attributes.token("light:shaderId", "")
+    if shader and shader != prim.GetPrimDefinition().GetAttributeFallbackValue("light:shaderId"):
+        report.warn(FOREIGN_LIGHT, path, f"the light shader {shader!r} is not supported; its type decides")
     portals = prim.GetRelationship("portals")
     if portals and portals.GetTargets():
         report.warn(IGNORED_PORTALS, path, "portals are not supported; the dome shines from everywhere")

@@ -121,6 +121,9 @@ def read_mesh(
         surface = read_surface(prim, level, cage_topology, attributes, time, report, is_loop=scheme == "loop")
     if surface is not None:
         shape = _refined_shape(cage, surface, polygons, is_shown)
+        if not len(shape.layout.triangles):
+            report.warn(EMPTY, path, "interpolateBoundary none leaves no face: all of them are at a boundary")
+            return None
     elif scheme in _SMOOTH_SCHEMES:
         # A hole is still part of the surface that the normals belong to.
         shape = replace(cage, normals=Primvar(smooth_normals(points, polygons), cage.layout.triangles))

@@ -34,6 +34,13 @@ _POLICIES = (
     "adjustApertureHeight",
     "adjustPixelAspectRatio",
 )
+# What a RenderPass says about prims, and what happens instead.
+_PASS_COLLECTIONS = {
+    "renderVisibility": "everything is rendered",
+    "cameraVisibility": "the camera sees everything",
+    "prune": "nothing is pruned",
+    "matte": "nothing is matte",
+}
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
 
 
@@ -91,7 +98,20 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
         raise SceneError(f"{source}: the render pass {path} names no renderSource")
     if len(targets) > 1:
         report.warn(IGNORED_SETTING, path, f"renderSource has {len(targets)} targets: the first counts")
+    for name, instead in _PASS_COLLECTIONS.items():
+        if _is_authored(prim, name):
+            report.warn(IGNORED_SETTING, path, f"the pass's collection {name} is not supported; {instead}")
     return str(targets[0])
+
+
+def _is_authored(prim: Usd.Prim, collection: str) -> bool:
+    """Return whether a prim's built-in collection holds other prims than where nothing is authored."""
+    prefix = f"collection:{collection}"
+    if any(prim.GetRelationship(f"{prefix}:{part}").HasAuthoredTargets() for part in ("includes", "excludes")):
+        return True
+    names = (f"{prefix}:{part}" for part in ("includeRoot", "membershipExpression"))
+    fallback = prim.GetPrimDefinition().GetAttributeFallbackValue
+    return any((prim.GetAttribute(name).Get() or None) != (fallback(name) or None) for name in names)
 
 
 def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Prim | None:

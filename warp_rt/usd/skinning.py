@@ -114,10 +114,12 @@ class SkinReader:
 
     Args:
         time: When they are computed.
+        report: Takes the diagnostics.
     """
 
-    def __init__(self, time: Usd.TimeCode) -> None:
+    def __init__(self, time: Usd.TimeCode, report: Report) -> None:
         self._time = time
+        self._report = report
         self._cache = UsdSkel.Cache()
         self._transforms = UsdGeom.XformCache(time)
         self._skins: dict[Sdf.Path, tuple[UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery]] = {}
@@ -164,6 +166,9 @@ class SkinReader:
         shapes = []
         for weight, row, sub_shape in zip(*parts, strict=True):
             shape, between = blending.GetBlendShape(int(row)), blending.GetInbetween(int(sub_shape))
+            if not shape:
+                self._report.warn(REST_POSE, prim.GetPath(), "a target of blendShapeTargets is no BlendShape: left out")
+                continue
             offsets = vector_rows(between.GetOffsets() if between else shape.GetOffsetsAttr().Get(), 3)
             normals = vector_rows(between.GetNormalOffsets() if between else shape.GetNormalOffsetsAttr().Get(), 3)
             rows = integers(shape.GetPointIndicesAttr().Get())

@@ -88,7 +88,7 @@ class StageWalk:
         self._report = report
         self._limits = limits or Limits()
         self._transforms = TransformReader(time, report)
-        self._skins = SkinReader(time)
+        self._skins = SkinReader(time, report)
         self._prototypes = Prototypes(stage, time, report)
         self._traits: dict[str, TypeTraits] = {}
         self._nesting = 0
@@ -234,7 +234,7 @@ class StageWalk:
 
     def _read_skin(self, prim: Usd.Prim) -> Skin | None:
         skin = self._skins.read(prim)
-        if skin is None and UsdGeom.PrimvarsAPI(prim).HasPrimvar("skel:jointIndices"):
+        if skin is None and UsdGeom.PrimvarsAPI(prim).GetPrimvar("skel:jointIndices").HasAuthoredValue():
             self._report.warn(REST_POSE, prim.GetPath(), "no skeleton moves its joints: drawn in its rest pose")
         return skin
 
