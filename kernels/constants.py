@@ -58,6 +58,9 @@ GROUP_SPAN = wp.constant(1024)
 """Successive rays among which groups are formed, by octants of their directions: far more than there are rays in the
 groups of 8 octants, few enough that neighbours stay together."""
 
+LAUNCH_SPANS = wp.constant(64)
+"""Spans that a worker takes in one launch, some 30 ms at most: between launches an interrupt is heard."""
+
 SCATTER_STRIDE = wp.constant(16)
 """One in so many pairs of successive rays tells whether they come in any order."""
 

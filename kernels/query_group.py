@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Entry kernels of ray queries on a CPU: one thread a span of successive rays."""
+"""Entry kernels of ray queries on a CPU: workers launch them with one thread, which takes span after span of the rays.
+
+So the workers end within a span of each other, and a launch costs nothing that shows.
+"""
 
 import warp as wp
 
 from .bvh_structs import AccelData
-from .constants import GROUP_SPAN
 from .ray_results import AnyHits, ClosestHits
-from .trace_span import RaySpan, trace_span
+from .trace_span import RaySpan, trace_spans
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -19,24 +21,21 @@ def query_closest_hit_group(
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     span: RaySpan,
-    first: int,
-    count: int,
+    next: wp.array[int],
     t_out: wp.array[float],
     u_out: wp.array[float],
     v_out: wp.array[float],
     triangle_out: wp.array[int],
     instance_out: wp.array[int],
 ):
-    """Write the closest hits of the thread's span of rays ``first`` to ``first + count``."""
-    begin = first + wp.tid() * GROUP_SPAN
-    size = wp.min(GROUP_SPAN, first + count - begin)
+    """Write the closest hits of up to LAUNCH_SPANS spans of rays, from ray ``next[0]`` on."""
     results = ClosestHits()
     results.t = t_out
     results.u = u_out
     results.v = v_out
     results.triangle = triangle_out
     results.instance = instance_out
-    trace_span(accels[0], span, origins, directions, t_max, begin, size, results)
+    trace_spans(accels[0], span, origins, directions, t_max, next, results)
 
 
 @wp.kernel
@@ -46,13 +45,10 @@ def query_any_hit_group(
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     span: RaySpan,
-    first: int,
-    count: int,
+    next: wp.array[int],
     blocked_out: wp.array[wp.bool],
 ):
-    """Write whether the rays of the thread's span hit anything."""
-    begin = first + wp.tid() * GROUP_SPAN
-    size = wp.min(GROUP_SPAN, first + count - begin)
+    """Write whether the rays of up to LAUNCH_SPANS spans hit anything, from ray ``next[0]`` on."""
     results = AnyHits()
     results.is_blocked = blocked_out
-    trace_span(accels[0], span, origins, directions, t_max, begin, size, results)
+    trace_spans(accels[0], span, origins, directions, t_max, next, results)

@@ -8,7 +8,7 @@ from .bvh_flight import Flights, is_for_flights, trace_flights
 from .bvh_group import RayGroup, trace_group
 from .bvh_structs import AccelData
 from .bvh_traverse import is_ray_finite
-from .constants import GROUP, GROUP_SPAN, SCATTER_STRIDE, SCATTERED
+from .constants import GROUP, GROUP_SPAN, LAUNCH_SPANS, SCATTER_STRIDE, SCATTERED
 from .gather_rays import load_group
 from .intersect_packet import octant_of
 from .native import spell_out
@@ -28,6 +28,24 @@ class RaySpan:
     """Rays on each list, shape [9]."""
     group: RayGroup
     flights: Flights
+
+
+_TAKE = r"""
+#if defined(__CUDA_ARCH__)
+    return (int)atomicAdd((unsigned int*)next.data, (unsigned int)GROUP_SPAN);
+#else
+    return __atomic_fetch_add((int*)next.data, GROUP_SPAN, __ATOMIC_RELAXED);
+#endif
+"""
+
+
+@wp.func_native(spell_out(_TAKE, GROUP_SPAN=GROUP_SPAN))
+def take_span(next: wp.array[int]) -> int:
+    """Return the first ray of a span that no other thread has, and move ``next[0]`` on to the following one's.
+
+    Native, for Warp's own ``atomic_add`` is not atomic between launches of several CPU threads.
+    """
+    ...
 
 
 _SORT = r"""
@@ -161,3 +179,23 @@ def trace_span(
                     trace_group(accel, span.group, count, is_any)
                 write_group(accel, results, span.order, start, count, octant < 8, span.group)
                 start += count
+
+
+@per_type
+def trace_spans(
+    accel: wp.ref[AccelData],
+    span: wp.ref[RaySpan],
+    origins: wp.array[wp.vec3],
+    directions: wp.array[wp.vec3],
+    t_max: wp.array[float],
+    next: wp.array[int],
+    results: Results,
+):
+    """Trace spans that no other thread has until there are no more, but at most LAUNCH_SPANS. See ``trace_span``."""
+    for _turn in range(wp.int32(LAUNCH_SPANS)):
+        begin = take_span(next)
+        if begin >= origins.shape[0]:
+            return
+        trace_span(
+            accel, span, origins, directions, t_max, begin, wp.min(GROUP_SPAN, origins.shape[0] - begin), results
+        )

@@ -18,6 +18,7 @@ from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
 _CPU_SPANS = 32  # spans of rays of one launch: a few milliseconds, so that Ctrl-C is heard
+_MAX_RAYS = (1 << 31) - (1 << 23)  # their counter is an int32, and each worker moves it once beyond the end
 _GPU_TILE = 1 << 18  # rays of one launch: each has a stack of its own
 
 
@@ -122,6 +123,8 @@ class _Rays:
         self.count = self.origins.shape[0]
         if self.directions.shape[0] != self.count:
             raise OptionError(f"origins and directions: {self.count} and {self.directions.shape[0]} rows")
+        if self.count > _MAX_RAYS:
+            raise OptionError(f"origins: {self.count} rays are more than {_MAX_RAYS}")
         self.t_max = self._ends(t_max)
 
     def output(self, array: Any, name: str, dtype: Any) -> wp.array:
@@ -206,16 +209,17 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         raise OptionError(f"threads: {threads} is less than 1")
     if rays.count == 0:
         return
+    arrays = [accel.table, rays.origins, rays.directions, rays.t_max]
     is_cpu = accel.device == "cpu"
-    is_grouped = is_cpu and accel.data.intersector == constants.WATERTIGHT and not accel.data.shapes.size
-    group_kernel = _GROUP_KERNELS.get(kernel) if is_grouped else None
-    load_module(query if group_kernel is None else query_group, accel.device)
     workers = Workers(threads if is_cpu else 1)
+    is_for_groups = is_cpu and accel.data.intersector == constants.WATERTIGHT and not accel.data.shapes.size
+    if is_for_groups and kernel in _GROUP_KERNELS:
+        _launch_groups(accel, _GROUP_KERNELS[kernel], arrays, rays.count, outputs, workers)
+        return
+    load_module(query, accel.device)
     tile = _cpu_tile(rays.count, workers.count) if is_cpu else _GPU_TILE
     starts = range(0, rays.count, tile)
     workers.count = min(workers.count, len(starts))
-    arrays = [accel.table, rays.origins, rays.directions, rays.t_max]
-    spans: list[Any] = []
 
     # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
     # It does not keep its arguments alive: the scratch memory goes with it.
@@ -230,25 +234,30 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
         command.set_param_at_index(5, start)
         command.launch()
 
-    def record_group() -> tuple[wp.Launch, Any]:
-        scratch = take_ray_span(accel)
-        spans.append(scratch)
-        inputs = [*arrays, scratch, 0, 0]
-        return wp.launch(group_kernel, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True), scratch
+    workers.map(run, starts, record)
 
-    def run_group(start: int, recorded: tuple[wp.Launch, Any]) -> None:
-        command, _ = recorded
-        count = min(tile, rays.count - start)
-        command.set_dim(-(-count // constants.GROUP_SPAN))
-        command.set_param_at_index(5, start)
-        command.set_param_at_index(6, count)
+
+def _launch_groups(
+    accel: Accel, kernel: wp.Kernel, arrays: list[wp.array], count: int, outputs: list[wp.array], workers: Workers
+) -> None:
+    """Launch a query kernel that takes the rays in groups, once or more in each worker."""
+    load_module(query_group, "cpu")
+    workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
+    following = wp.zeros(1, dtype=wp.int32, device="cpu")
+    taken = following.numpy()
+    spans: list[Any] = []
+
+    def record() -> wp.Launch:
+        spans.append(take_ray_span(accel))
+        inputs = [*arrays, spans[-1], following]
+        return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True)
+
+    def run(worker: int, command: wp.Launch) -> list[int]:
         command.launch()
+        return [worker] if taken[0] < count else []
 
-    if group_kernel is None:
-        workers.map(run, starts, record)
-    else:
-        workers.map(run_group, starts, record_group)
-        keep_ray_spans(accel, spans)  # not after an interrupt: a thread may still be at work
+    workers.map(run, range(workers.count), record)
+    keep_ray_spans(accel, spans)  # not after an interrupt: a thread may still be at work
 
 
 def _cpu_tile(count: int, workers: int) -> int:
