@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # arrow within a part is always allowed. A new module has to be given its floor here.
 PARTS = {
     "base": ["errors", "report", "options"],
-    "scene": ["scene", "framing", "headlight", "placement", "srgb", "stand_ins"],
+    "scene": ["scene", "displacement", "framing", "headlight", "placement", "srgb", "stand_ins", "texture_values"],
     "subdivision": ["subdivision.*"],
     "triangulation": ["triangulate"],
     "nff": ["nff.*"],

@@ -197,7 +197,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
             shader("UsdPreviewSurface", "float inputs:displacement = 1\ntoken outputs:displacement"),
             material="token outputs:displacement.connect = </M/S.outputs:displacement>",
         ),
-        {"/M"},
+        {"/s"},
     ),
     "W306": (bound(shader("UsdPreviewSurface", 'string inputs:roughness = "very"')), {"/M/S.inputs:roughness"}),
     "W307": (
@@ -275,6 +275,15 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "N910": ('def Mesh "m" {}', {"/m"}),
     "N913": ('def Points "c" { point3f[] points = [(0,0,0)]\n}', {"/c"}),
     "N911": ('def Frobnicator "f" {}', {"/f"}),
+    "N914": (
+        bound(
+            shader("UsdPreviewSurface", "float inputs:displacement = 1\ntoken outputs:displacement"),
+            material="token outputs:displacement.connect = </M/S.outputs:displacement>",
+        )
+        .replace('Sphere "s"', 'Mesh "s"')
+        .replace(SPHERE_ST, QUAD.replace('"none"', '"bilinear"')),
+        {"/s"},
+    ),
     "N912": (
         textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Cube "s"').replace(SPHERE_ST, ""),
         {"/M"},
@@ -292,20 +301,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def load(case: str | tuple[str, str], folder: Path) -> Scene:
+def load(case: str | tuple[str, str], folder: Path, level: int = 1) -> Scene:
     metadata, body = case if isinstance(case, tuple) else ("", case)
     text = f"#usda 1.0\n({metadata}\n)\n{body}\n".replace("DIR", folder.as_posix())
     file = folder / "scene.usda"
     file.write_text(text.replace("}", "\n}\n"))  # a statement ends with its line
     stage = Usd.Stage.Open(str(file))
     stage.Reload()
-    return load_stage(stage, level=1)  # what is said of subdivision surfaces counts where they are refined
+    return load_stage(stage, level=level)  # what is said of subdivision surfaces counts where they are refined
 
 
 @pytest.mark.parametrize("code", CASES)
 def test_code_is_told_about_its_prim(code: str, folder: Path) -> None:
     case, prims = CASES[code]
-    scene = load(case, folder)
+    scene = load(case, folder, level=0 if code == "N914" else 1)
     # Most of these stages have no geometry, which is told, too.
     told = {(record.code, record.prim) for record in scene.diagnostics if record.code == code or record.code != "N905"}
     assert told == {(code, prim) for prim in prims}, [str(record) for record in scene.diagnostics]

@@ -12,6 +12,7 @@ from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.texture import eval_texture
 from warp_rt.scene import Image, Instances, Scene, Texture, Wrap
+from warp_rt.texture_values import texture_values
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -105,3 +106,28 @@ def test_scale_bias_transform_and_fallback() -> None:
     pixels[0, 3] = 255
     turned = np.array([[0.0, 0.0, 7 / 8], [1.0, 0.0, 0.0]], np.float32)  # u' = 7/8, v' = u
     assert evaluate(pixels, np.array([[0.5, 0.1]]), uv_transform=turned)[0, 0] == 1.0
+
+
+@pytest.mark.parametrize(("wrap_s", "wrap_t"), list(product(Wrap, Wrap)))
+@pytest.mark.parametrize("is_float", [False, True])
+def test_the_host_evaluates_as_the_kernels_do(wrap_s: Wrap, wrap_t: Wrap, is_float: bool) -> None:
+    rng = np.random.default_rng(11)
+    pixels = rng.integers(0, 256, size=(5, 7, 4)).astype(np.uint8)
+    source = (pixels / 255).astype(np.float32) if is_float else pixels
+    uv = rng.uniform(-2.5, 3.5, size=(300, 2)).astype(np.float32)
+    uv[:4] = [[0, 0], [1, 1], [np.inf, 0.5], [0.3, np.nan]]
+    fields = {
+        "wrap_s": wrap_s,
+        "wrap_t": wrap_t,
+        "scale": (2.0, -1.0, 0.5, 1.0),
+        "bias": (-1.0, 0.25, 0.0, 0.1),
+        "uv_transform": np.array([[0.5, 0.25, 0.1], [-0.25, 1.5, 0.2]], np.float32),
+        "is_srgb": True,
+    }
+    found = texture_values(Texture(0, **fields), [Image("test", source)], uv)
+    np.testing.assert_allclose(found, evaluate(source, uv, **fields), atol=3e-5)
+
+
+def test_the_host_shows_the_fallback_unscaled() -> None:
+    missing = Texture(-1, fallback=(0.1, 0.2, 0.3, 0.4), scale=(2.0, 2.0, 2.0, 2.0))
+    np.testing.assert_allclose(texture_values(missing, [], np.zeros((2, 2))), [(0.1, 0.2, 0.3, 0.4)] * 2)

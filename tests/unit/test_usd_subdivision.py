@@ -143,9 +143,39 @@ def test_loop_takes_triangles_only() -> None:
     np.testing.assert_allclose(normals_at(mesh)[0, 0], mesh.points[0] / radius[0], atol=1e-5)
 
 
-@pytest.mark.parametrize("scheme", ["none", "bilinear"])
-def test_other_schemes_are_not_refined(scheme: str) -> None:
-    assert len(mesh_of(f'uniform token subdivisionScheme = "{scheme}"', "veryhigh").triangles) == 12
+def test_polygons_are_not_refined() -> None:
+    assert len(mesh_of('uniform token subdivisionScheme = "none"', "veryhigh").triangles) == 12
+
+
+SADDLE = """
+    uniform token subdivisionScheme = "bilinear"
+    point3f[] points = [(0,0,0), (1,0,0), (1,1,1), (0,1,0)]
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    texCoord2f[] primvars:st = [(0,0), (1,0), (1,1), (0,1)] (interpolation = "faceVarying")
+    float[] primvars:v = [0, 1, 2, 1] (interpolation = "vertex")
+"""
+
+
+@pytest.mark.parametrize(("complexity", "triangles"), [("low", 2), ("medium", 8), ("veryhigh", 128)])
+def test_bilinear_surfaces_approach_the_bilinear_patch(complexity: str, triangles: int) -> None:
+    """Over the unit square with one corner raised, z = x y; values are bilinear too, and normals the facets' own."""
+    mesh = mesh_of("", complexity, SADDLE)
+    assert len(mesh.triangles) == triangles
+    assert mesh.normals is None
+    x, y, z = mesh.points.T.astype(float)
+    np.testing.assert_allclose(z, x * y, atol=1e-7)
+    st, v = mesh.primvars["st"], mesh.primvars["v"]
+    np.testing.assert_allclose(st.values[st.indices], mesh.points[mesh.triangles][..., :2], atol=1e-7)
+    np.testing.assert_allclose(v.values[v.indices][..., 0], (x + y)[mesh.triangles], atol=1e-6)
+
+
+def test_bilinear_surfaces_keep_boundary_faces_and_creases_mean_nothing() -> None:
+    mesh = mesh_of('uniform token interpolateBoundary = "none"\n', "medium", SADDLE)
+    assert len(mesh.triangles) == 8
+    box = mesh_of('uniform token subdivisionScheme = "bilinear"\n' + TOP, "high")
+    assert np.abs(box.points).max(axis=1).min() == 1
+    assert box.is_closed
 
 
 def test_surfaces_of_too_many_faces_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

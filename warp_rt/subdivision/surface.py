@@ -23,6 +23,8 @@ class Rules:
     """What UsdGeomMesh says of a subdivision surface, by its tokens."""
 
     is_loop: bool = False
+    is_bilinear: bool = False
+    """Faces are split, and nothing is smoothed."""
     boundary: str = BOUNDARIES[0]
     face_varying: str = RULES[0]
     smooth_triangles: bool = False
@@ -41,7 +43,7 @@ class Surface:
         self.rules = rules
         self.level = level
         sharpness = cage.vertex_sharpness
-        if rules.boundary == BOUNDARIES[0]:
+        if rules.boundary == BOUNDARIES[0] and not rules.is_bilinear:
             is_corner = cage.is_boundary_vertex & (cage.vertex_face_count == 1)
             sharpness = np.where(is_corner, INFINITE, sharpness)
         self.cage = Topology(
@@ -65,7 +67,7 @@ class Surface:
     @property
     def has_surface(self) -> np.ndarray:
         """Whether each face of the cage has a surface: without boundary rules, those at the boundary have none."""
-        if self.rules.boundary != "none":
+        if self.rules.boundary != "none" or self.rules.is_bilinear:
             return np.ones(len(self.cage.counts), bool)
         touches = np.bincount(self.cage.face, self.cage.is_boundary_vertex[self.cage.corners], len(self.cage.counts))
         return touches == 0
@@ -77,6 +79,8 @@ class Surface:
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
         """Return values of vertices, shape [n, k], at the refined vertices, by the rules that points follow."""
+        if self.rules.is_bilinear:
+            return self.linear(values)
         for step in self._steps:
             values = step.smooth(values)
         return values
@@ -91,8 +95,9 @@ class Surface:
         """Return refined values of the cage's corners, shape [c, k], and the row of each refined corner."""
         seams, values = seam_topology(self.cage, values, self.rules.face_varying)
         steps = self._refine(seams)
+        is_linear = self.rules.is_bilinear or self.rules.face_varying == "all"
         for step in steps:
-            values = step.linear(values) if self.rules.face_varying == "all" else step.smooth(values)
+            values = step.linear(values) if is_linear else step.smooth(values)
         return values, steps[-1].child.corners
 
     def _refine(self, topology: Topology) -> list[Step]:

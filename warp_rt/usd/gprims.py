@@ -14,6 +14,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh, Shapes
 from warp_rt.usd.bindings import extend_bindings
 from warp_rt.usd.context import Context
+from warp_rt.usd.displacements import DisplacementReader, Move
 from warp_rt.usd.draw_modes import StandIn
 from warp_rt.usd.geometry import read_geometry
 from warp_rt.usd.implicit import Shape, make_shape
@@ -87,6 +88,7 @@ class GprimReader:
         self._materials = materials
         self._report = report
         self._level = level
+        self._displacements = DisplacementReader(materials, report, level)
         self._listed: list[_Listed] = []
         self._sources: list[_Source | Shape | StandIn] = []
         self._rows: dict[object, int] = {}
@@ -130,18 +132,22 @@ class GprimReader:
         """Return the listed prims' geometry and materials."""
         sources = [self._read_source(source) for source in self._sources]
         mesh, prim, materials = np.full((3, len(self._listed)), -1, np.int32)
-        meshes: dict[int, int] = {}
+        meshes: dict[tuple[object, ...], int] = {}
+        drawn: list[Mesh | Shapes] = []
         prims: dict[tuple[Sdf.Path, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
         for row, listed in enumerate(self._listed):
             source = sources[listed.source]
             if source is None:
                 continue
-            mesh[row] = meshes.setdefault(listed.source, len(meshes))
-            prim[row] = prims.setdefault((listed.prim.GetPath(), listed.context.tail_start), len(prims))
             bound = listed.materials or self._bind(listed, source)
+            move = self._move(listed, source, bound)
+            key = (listed.source, *(move.key if move else ()))
+            mesh[row] = meshes.setdefault(key, len(meshes))
+            if len(meshes) > len(drawn):
+                drawn.append(self._displacements.apply(source.mesh, move))
+            prim[row] = prims.setdefault((listed.prim.GetPath(), listed.context.tail_start), len(prims))
             materials[row] = material_sets.setdefault(bound, len(material_sets))
-        drawn = [source.mesh for source in (sources[row] for row in meshes) if source is not None]
         return Gprims(
             meshes=tuple(drawn),
             prims=tuple(str(path) for path, _ in prims),
@@ -152,6 +158,10 @@ class GprimReader:
             materials=materials,
             primvars=tuple(frozenset(one.primvars) for one in drawn),
         )
+
+    def _move(self, listed: _Listed, source: MeshSource, materials: tuple[int, ...]) -> Move | None:
+        is_source = isinstance(self._sources[listed.source], _Source)
+        return self._displacements.read(listed.prim, source.mesh, is_source, materials, listed.context.constants)
 
     def _read_source(self, source: _Source | Shape | StandIn) -> MeshSource | None:
         if isinstance(source, Shape):

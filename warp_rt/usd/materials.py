@@ -11,11 +11,12 @@ Reference: UsdPreviewSurface Specification; UsdShadeMaterialBindingAPI.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from pxr import Sdf, Usd, UsdShade
 
+from warp_rt.displacement import Displacement
 from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.usd.attribute_values import shown
@@ -55,6 +56,7 @@ class MaterialReader:
         self._rows: dict[Sdf.Path, int] = {}
         self._bound: dict[tuple[str, Bindings], int] = {}
         """Row of the material of all prims with certain bindings, for a purpose."""
+        self._displacements: dict[int, Displacement] = {}
         self._stage = stage
         self._time = time
         self._report = report
@@ -97,10 +99,20 @@ class MaterialReader:
             return self.display_color()
         path = material.GetPath()
         if path not in self._rows:
-            self._rows[path] = self._add(material)
+            row = self._add(material)
+            displacement = self._read_displacement(material)
+            if displacement is not None:
+                if row == self._rows.get(Sdf.Path.emptyPath):  # of prims that have none, which do not move
+                    row = self.add(_display_color_material())
+                self._displacements[row] = displacement
+            self._rows[path] = row
         if is_shared(said):
             self._bound[purpose, said] = self._rows[path]
         return self._rows[path]
+
+    def displacement(self, row: int) -> Displacement | None:
+        """Return how a material moves the surfaces that it is bound to; None: not at all."""
+        return self._displacements.get(row)
 
     def display_color(self) -> int:
         """Return the row of the material of prims that have none."""
@@ -119,7 +131,6 @@ class MaterialReader:
         return len(self.materials) - 1
 
     def _add(self, material: UsdShade.Material) -> int:
-        self._warn_displacement(material)
         path = str(material.GetPath())
         surfaces = self._surfaces(material)
         for surface in surfaces:
@@ -146,15 +157,18 @@ class MaterialReader:
 
     def _surfaces(self, material: UsdShade.Material) -> list[Node]:
         """Return the shaders on a material's surface outputs, those that are preferred first."""
+        return self._terminals(material.GetSurfaceOutputs(), material.GetSurfaceOutput)
+
+    def _terminals(self, outputs: list[UsdShade.Output], find: Callable[[str], UsdShade.Output]) -> list[Node]:
+        """Return the shaders on a material's outputs of one kind: our own, the universal one's, then the others."""
         contexts = [_RENDER_CONTEXT, UsdShade.Tokens.universalRenderContext]
-        for output in material.GetSurfaceOutputs():
-            name = output.GetBaseName()
-            context = name.rpartition(":")[0]
+        for output in outputs:
+            context = output.GetBaseName().rpartition(":")[0]
             if context not in contexts:
                 contexts.append(context)
         nodes = []
         for context in contexts:
-            output = material.GetSurfaceOutput(context)
+            output = find(context)
             source = find_source(output, self._report) if output else None
             if isinstance(source, Node):
                 nodes.append(source)
@@ -254,17 +268,30 @@ class MaterialReader:
         )
         return replace(value, texture=self._inputs.add(weighted))
 
-    def _warn_displacement(self, material: UsdShade.Material) -> None:
-        output = material.GetDisplacementOutput()
-        source = find_source(output, self._report) if output else None
-        if not isinstance(source, Node):
-            return
-        if is_preview_surface(source.id):
-            port = source.shader.GetInput("displacement")
-            value = self._inputs.read(port, 1, material.GetPrim()) if port else None
-            if value is None or value == Input():
-                return
-        self._report.warn(DISPLACEMENT, material.GetPath(), "displacement is not supported; left out")
+    def _read_displacement(self, material: UsdShade.Material) -> Displacement | None:
+        """Return what ``outputs:displacement`` says, our own, the universal or the first other that is supported."""
+        sources = self._terminals(material.GetDisplacementOutputs(), material.GetDisplacementOutput)
+        for source in sources:
+            if is_preview_surface(source.id) or source.id == "ND_displacement_float":
+                height = self._displacement_input(source.shader, material)
+                if height is None or is_preview_surface(source.id):
+                    return Displacement(height) if height else None
+                scale = read_numbers(source.shader, "scale", (1,), self._time, self._report) or (1.0,)
+                return Displacement(height, scale[0])
+        for source in sources[:1]:
+            kind = f"of the node {source.id!r}" if source.id else "of a node without info:id"
+            self._report.warn(DISPLACEMENT, material.GetPath(), f"displacement {kind} is not supported; left out")
+        for surface in [] if sources else self._surfaces(material)[:1]:
+            if is_preview_surface(surface.id) and self._displacement_input(surface.shader, material):
+                message = "its displacement does nothing: the material's outputs:displacement is not connected"
+                self._report.warn(DISPLACEMENT, surface.shader.GetPath(), message)
+        return None
+
+    def _displacement_input(self, shader: UsdShade.Shader, material: UsdShade.Material) -> Input | None:
+        """Return the height that a shader gives; None where it is 0 everywhere."""
+        port = shader.GetInput("displacement")
+        height = self._inputs.read(port, 1, material.GetPrim()) if port else None
+        return None if height == Input() else height
 
     def _warn_dangling(self, prim: Usd.Prim) -> None:
         while prim and not prim.IsPseudoRoot():

@@ -32,9 +32,10 @@ EMPTY = "N910"
 # The watertight test multiplies three coordinates, which must stay inside float32's range: 1e13 does, 1e14 does not.
 MAX_COORDINATE = 1e12
 
-# Schemes whose surface is smooth. A bilinear surface is its cage, corners and all.
-_SMOOTH_SCHEMES = ("catmullClark", "loop")
-_SCHEMES = (*_SMOOTH_SCHEMES, "bilinear", "none")
+SMOOTH_SCHEMES = ("catmullClark", "loop")
+"""Schemes whose surface is smooth. A bilinear one has the edges and corners of its cage, and flat normals."""
+SUBDIVISION_SCHEMES = (*SMOOTH_SCHEMES, "bilinear")
+_SCHEMES = (*SUBDIVISION_SCHEMES, "none")
 ORIENTATIONS = ("rightHanded", "leftHanded")
 
 
@@ -93,7 +94,7 @@ def read_mesh(
         time: When its attributes are read.
         report: Takes the diagnostics.
         skin: Deforms points and normals.
-        level: Refinements of a smooth subdivision surface.
+        level: Refinements of a subdivision surface.
 
     Raises:
         LimitError: It would have more faces than can be meant.
@@ -116,15 +117,15 @@ def read_mesh(
     if not len(cage.layout.triangles):
         return None
     surface = None
-    if level and scheme in _SMOOTH_SCHEMES:
+    if level and scheme in SUBDIVISION_SCHEMES:
         cage_topology = _cage_topology(len(points), polygons)
-        surface = read_surface(prim, level, cage_topology, attributes, time, report, is_loop=scheme == "loop")
+        surface = read_surface(prim, level, cage_topology, attributes, time, report, scheme=scheme)
     if surface is not None:
         shape = _refined_shape(cage, surface, polygons, is_shown)
         if not len(shape.layout.triangles):
             report.warn(EMPTY, path, "interpolateBoundary none leaves no face: all of them are at a boundary")
             return None
-    elif scheme in _SMOOTH_SCHEMES:
+    elif scheme in SMOOTH_SCHEMES:
         # A hole is still part of the surface that the normals belong to.
         shape = replace(cage, normals=Primvar(smooth_normals(points, polygons), cage.layout.triangles))
     else:
@@ -179,8 +180,7 @@ def _cage_topology(point_count: int, polygons: Polygons) -> Topology:
 
 
 def _refined_shape(cage: _Shape, surface: Surface, polygons: Polygons, is_shown: np.ndarray) -> _Shape:
-    """Return the triangles of a refined surface, with points and normals of the limit."""
-    points, normals, normal_rows = surface.limit(cage.points.astype(np.float64))
+    """Return the triangles of a refined surface, with points and normals of the limit; of a bilinear one, without."""
     corners, faces = refined_triangles(surface, is_shown)
     layout = RefinedLayout(
         point_count=cage.layout.point_count,
@@ -192,8 +192,12 @@ def _refined_shape(cage: _Shape, surface: Surface, polygons: Polygons, is_shown:
         surface=surface,
         cage_corners=polygons.corners,
     )
+    is_closed = cage.is_closed and bool(surface.has_surface.all())
+    if surface.rules.is_bilinear:
+        return _Shape(surface.linear(cage.points.astype(np.float64)).astype(np.float32), layout, None, is_closed)
+    points, normals, normal_rows = surface.limit(cage.points.astype(np.float64))
     rows = Primvar(normals.astype(np.float32), normal_rows[corners].astype(np.int32))
-    return _Shape(points.astype(np.float32), layout, rows, cage.is_closed and bool(surface.has_surface.all()))
+    return _Shape(points.astype(np.float32), layout, rows, is_closed)
 
 
 def _turned(shape: _Shape) -> _Shape:

@@ -54,9 +54,9 @@ def read_surface(
     time: Usd.TimeCode,
     report: Report,
     *,
-    is_loop: bool,
+    scheme: str,
 ) -> Surface | None:
-    """Return the refined surface of a mesh of scheme ``catmullClark`` or ``loop``; None, told, where it has none.
+    """Return the refined surface of a mesh; None, told, where it has none.
 
     Args:
         prim: The mesh.
@@ -65,11 +65,12 @@ def read_surface(
         attributes: Reader of the mesh's tokens.
         time: When arrays are read.
         report: Takes the diagnostics.
-        is_loop: Whether the scheme is ``loop``.
+        scheme: ``catmullClark``, ``loop`` or ``bilinear``.
 
     Raises:
         LimitError: The surface would have more faces than can be meant.
     """
+    is_loop = scheme == "loop"
     if is_loop and (cage.counts != 3).any():
         report.warn(NOT_TRIANGLES, prim.GetPath(), "scheme loop with faces that are no triangles: drawn as its cage")
         return None
@@ -78,6 +79,7 @@ def read_surface(
         raise LimitError(f"{prim.GetPath()}: refined {level} times it has {faces} faces; {MAX_FACES} can be meant")
     rules = Rules(
         is_loop=is_loop,
+        is_bilinear=scheme == "bilinear",
         boundary=attributes.token("interpolateBoundary", BOUNDARIES[0], BOUNDARIES),
         face_varying=attributes.token("faceVaryingLinearInterpolation", RULES[0], RULES),
         smooth_triangles=attributes.token("triangleSubdivisionRule", _TRIANGLE_RULES[0], _TRIANGLE_RULES) == "smooth",

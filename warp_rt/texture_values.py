@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Textures evaluated on the host, in float64: what the kernels' ``eval_texture`` gives where no footprint is filtered.
+
+Displacement needs it before there are rays; tests compare the two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from warp_rt.scene import Image, Texture, Wrap
+from warp_rt.srgb import linear_from_srgb
+
+
+def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.ndarray) -> np.ndarray:
+    """Return decode(texel) * scale + bias by bilinear interpolation; the unscaled fallback without an image.
+
+    Args:
+        texture: Which.
+        images: Rows that ``Texture.image`` counts.
+        coordinates: Texture coordinates before the texture's transform, shape [n, 2]. What is not finite after it
+            counts as 0.
+
+    Returns:
+        float64, shape [n, 4].
+
+    Reference: UsdPreviewSurface Specification, UsdUVTexture.
+    """
+    if texture.image < 0:
+        return np.tile(np.asarray(texture.fallback, np.float64), (len(coordinates), 1))
+    pixels = images[texture.image].pixels
+    transform = texture.uv_transform.astype(np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):
+        uv = coordinates.astype(np.float64) @ transform[:, :2].T + transform[:, 2]
+    uv = np.where(np.isfinite(uv), uv, 0.0)
+    (x0, x1, fx), (y0, y1, fy) = (
+        _texels(uv[:, axis], pixels.shape[1 - axis], wrap) for axis, wrap in enumerate((texture.wrap_s, texture.wrap_t))
+    )
+    rows = (_fetch(pixels, x0, y, texture) * (1 - fx) + _fetch(pixels, x1, y, texture) * fx for y in (y0, y1))
+    bottom, top = rows
+    return (bottom * (1 - fy) + top * fy) * texture.scale + texture.bias
+
+
+def _texels(s: np.ndarray, size: int, wrap: Wrap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the texels on both sides of coordinates along an axis, -1 for black, and the share of the second."""
+    period = {Wrap.REPEAT: 1.0, Wrap.MIRROR: 2.0}.get(wrap)
+    s = np.clip(s, -2.0, 3.0) if period is None else s - period * np.floor(s / period)
+    x = s * size - 0.5
+    first = np.floor(x).astype(np.int64)
+    return _wrapped(first, size, wrap), _wrapped(first + 1, size, wrap), (x - first)[:, None]
+
+
+def _wrapped(index: np.ndarray, size: int, wrap: Wrap) -> np.ndarray:
+    if wrap == Wrap.CLAMP:
+        return np.clip(index, 0, size - 1)
+    if wrap == Wrap.REPEAT:
+        return index % size
+    if wrap == Wrap.MIRROR:
+        k = index % (2 * size)
+        return np.where(k < size, k, 2 * size - 1 - k)
+    return np.where((index >= 0) & (index < size), index, -1)
+
+
+def _fetch(pixels: np.ndarray, x: np.ndarray, y: np.ndarray, texture: Texture) -> np.ndarray:
+    """Return decoded texels, float64, shape [n, 4]; alpha is never decoded."""
+    texel = pixels[y, x].astype(np.float64)
+    if pixels.dtype == np.uint8:
+        texel /= 255
+    if texture.is_srgb:
+        texel[:, :3] = linear_from_srgb(texel[:, :3])
+    texel[(x < 0) | (y < 0)] = 0.0
+    return texel

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which prims their materials displace, and what of that a picture does not show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pxr import Usd, UsdGeom
+
+from warp_rt.displacement import Displacement, displaced
+from warp_rt.report import Report
+from warp_rt.scene import Mesh, Shapes
+from warp_rt.usd.materials import DISPLACEMENT, MaterialReader
+from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
+from warp_rt.usd.primvars import Values
+
+COARSE = "N914"
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """What materials do to a mesh."""
+
+    displacements: tuple[Displacement | None, ...]
+    """By material slot."""
+    constants: Values
+    """Primvars that heights are read from, and that the mesh has from above."""
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for moves that make the same of a mesh."""
+        return (self.displacements, *((name, value.tobytes()) for name, value in sorted(self.constants.items())))
+
+
+class DisplacementReader:
+    """Finds what materials do to the meshes that they are bound to.
+
+    Args:
+        materials: The materials.
+        report: Takes the diagnostics.
+        level: Refinements of subdivision surfaces.
+    """
+
+    def __init__(self, materials: MaterialReader, report: Report, level: int) -> None:
+        self._materials = materials
+        self._report = report
+        self._level = level
+
+    def read(
+        self, prim: Usd.Prim, geometry: Mesh | Shapes, is_source: bool, materials: tuple[int, ...], constants: Values
+    ) -> Move | None:
+        """Return what materials do to a prim's geometry; None: nothing, told, where they should.
+
+        Args:
+            prim: The prim.
+            geometry: Its geometry.
+            is_source: Whether the prim holds the geometry itself, and is no shape of a few numbers.
+            materials: Those of its slots.
+            constants: Primvars that it has from above.
+        """
+        displacements = tuple(self._materials.displacement(row) for row in materials)
+        if not any(displacements):
+            return None
+        if not isinstance(geometry, Mesh) or not is_source:
+            message = f"displacement left out: a {prim.GetTypeName()} is a shape of its own, not a mesh"
+            self._report.warn(DISPLACEMENT, prim.GetPath(), message)
+            return None
+        heights = [displacement.height for displacement in displacements if displacement]
+        textures = self._materials.textures
+        names = {textures[height.texture].primvar if height.texture >= 0 else height.primvar for height in heights}
+        given = {name: value for name, value in constants.items() if name in names and name not in geometry.primvars}
+        for name in sorted(names - {"", *given, *geometry.primvars}):
+            if UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name).HasValue():
+                message = f"displaced by the fallback of the primvar {name}, which is authored on or above an instance"
+                self._report.warn(DISPLACEMENT, prim.GetPath(), message)
+        if not self._level and str(prim.GetAttribute("subdivisionScheme").Get()) in SUBDIVISION_SCHEMES:
+            message = f"displaced at the {len(geometry.points)} points of its cage alone: --complexity gives it more"
+            self._report.warn(COARSE, prim.GetPath(), message)
+        return Move(displacements, given)
+
+    def apply(self, mesh: Mesh | Shapes, move: Move | None) -> Mesh | Shapes:
+        """Return the moved mesh."""
+        if move is None or not isinstance(mesh, Mesh):
+            return mesh
+        return displaced(mesh, move.displacements, move.constants, self._materials.textures, self._materials.images)
