@@ -40,6 +40,11 @@ def instancer(body: str, children: str = 'def Sphere "p" {}') -> str:
     return f'def PointInstancer "i" {{\n{body}\n{children}\n}}'
 
 
+def patch(body: str) -> str:
+    axes = "".join(f"int {a}VertexCount = 2\nint {a}Order = 2\ndouble[] {a}Knots = [0, 0, 1, 1]\n" for a in "uv")
+    return f'def NurbsPatch "p" {{ point3f[] points = [(0,0,0), (1,0,0), (0,1,0), (1,1,0)]\n{axes}{body}\n}}'
+
+
 SPHERE_ST = 'texCoord2f[] primvars:st = [(0, 0)] (interpolation = "constant")'
 
 
@@ -154,11 +159,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
             for kind in (
                 "NurbsCurves",
                 "HermiteCurves",
-                "NurbsPatch",
                 "Volume",
             )
         ),
-        {"/NurbsCurves", "/HermiteCurves", "/NurbsPatch", "/Volume"},
+        {"/NurbsCurves", "/HermiteCurves", "/Volume"},
     ),
     "W131": (
         f'def SkelRoot "r" {{ def Mesh "m" {{ {QUAD}\n'
@@ -173,6 +177,8 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W133": ('def Xform "x" (prepend apiSchemas = ["LODRootAPI"]) {}', {"/x"}),
     "W140": ('def Sphere "s" { double radius = 0 }', {"/s"}),
+    "W141": (patch("double[] pointWeights = [1]"), {"/p"}),
+    "W142": (patch("int[] trimCurve:counts = [1]"), {"/p"}),
     "W201": (textured(ST + "asset inputs:file = @gone.png@"), {"/M/T"}),
     "W202": (textured(ST + "asset inputs:file = @DIR/bad.png@"), {"/M/T"}),
     "W203": (textured(ST + "asset inputs:file = @DIR/t.<UDIM>.png@"), {"/M/T"}),

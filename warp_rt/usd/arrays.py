@@ -48,6 +48,20 @@ def integer_rows(value: Any, width: int) -> np.ndarray | None:
     return array.astype(np.int64).reshape(-1, width)
 
 
+def doubles(value: Any) -> np.ndarray | None:
+    """Return numbers: float64, shape [n]; None for anything else."""
+    array = _numbers(value)
+    return array.astype(np.float64) if array is not None and array.ndim == 1 else None
+
+
+def double_rows(value: Any, width: int) -> np.ndarray | None:
+    """Return vectors of ``width`` components: float64, shape [n, width]; None for anything else."""
+    array = _numbers(value)
+    if array is None or (array.size and array.shape[1:] != (width,)):
+        return None
+    return array.astype(np.float64).reshape(-1, width)
+
+
 def _numbers(value: Any) -> np.ndarray | None:
     if value is None or isinstance(value, str):
         return None

@@ -9,10 +9,11 @@ from pxr import Usd
 from warp_rt.report import Report
 from warp_rt.usd import curves
 from warp_rt.usd.mesh import MeshSource, read_mesh
+from warp_rt.usd.nurbs_patch import read_nurbs_patch
 from warp_rt.usd.skinning import Skin
 from warp_rt.usd.tet_mesh import read_tet_mesh
 
-TYPES = frozenset(("Mesh", "TetMesh", *curves.TYPES))
+TYPES = frozenset(("Mesh", "TetMesh", "NurbsPatch", *curves.TYPES))
 """Types that :func:`read_geometry` reads; those of ``implicit`` share unit shapes instead."""
 
 
@@ -26,7 +27,7 @@ def read_geometry(
         time: When its attributes are read.
         report: Takes the diagnostics.
         skin: Deforms it.
-        level: Refinements of a smooth subdivision surface.
+        level: Refinements of a smooth surface.
 
     Raises:
         LimitError: It would have more faces than can be meant.
@@ -36,4 +37,6 @@ def read_geometry(
         return curves.read_shapes(prim, time, report, skin)
     if kind == "TetMesh":
         return read_tet_mesh(prim, time, report, skin)
+    if kind == "NurbsPatch":
+        return read_nurbs_patch(prim, time, report, skin=skin, level=level)
     return read_mesh(prim, time, report, skin=skin, level=level)

@@ -16,7 +16,7 @@ from warp_rt.subdivision.topology import Topology
 from warp_rt.triangulate import triangulate
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
-from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Layout, lay_out, read_primvar, read_primvars
+from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
 from warp_rt.usd.subsets import read_face_slots
@@ -350,7 +350,7 @@ def _is_hole(schema: UsdGeom.Mesh, face_count: int, time: Usd.TimeCode, report: 
     return is_hole
 
 
-def read_normals(schema: UsdGeom.PointBased, layout: Layout, time: Usd.TimeCode, report: Report) -> Primvar | None:
+def read_normals(schema: UsdGeom.PointBased, layout: Elements, time: Usd.TimeCode, report: Report) -> Primvar | None:
     """Return authored normals; ``primvars:normals`` takes precedence over the attribute ``normals``."""
     path = str(schema.GetPath())
     primvar = UsdGeom.PrimvarsAPI(schema).GetPrimvar("normals")
