@@ -22,11 +22,77 @@ from warp_rt.options import (
     refinement_level,
 )
 from warp_rt.scene import Scene
+from warp_rt.scene_source import SceneSource, StillScene
 
 if TYPE_CHECKING:
     from warp_rt.image.depth_series import DepthSeries
     from warp_rt.image.image import Image
     from warp_rt.tree.ray_tree import RayTree
+
+
+def open_scene(
+    path_or_stage: str | PathLike[str] | Any,
+    *,
+    default_time: bool = False,
+    purposes: tuple[str, ...] | None = None,
+    complexity: str = COMPLEXITIES[0],
+    mask: Sequence[str] = (),
+    session_layer: str | PathLike[str] | None = None,
+    render_settings: str | None = None,
+    render_pass: str | None = None,
+    draw_modes: bool = True,
+) -> SceneSource:
+    """Open a USD stage, or a file in Haines' Neutral File Format, whose scenes of several times are wanted.
+
+    ``open_scene("a.usda").scene(3)`` is ``load_scene("a.usda", time=3)``, but reads the file only once.
+
+    Args:
+        path_or_stage: A .usda, .usdc, .usd or .usdz file, an open ``Usd.Stage``, or a .nff or .nff.gz file, for which
+            none of the other arguments count.
+        default_time: Read the default values where no time is asked for; else those of the stage's start time code.
+        purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: what the render settings say,
+            else ``proxy``.
+        complexity: Of subdivision surfaces: ``low`` draws their cages, as usdrecord does by default; ``medium``,
+            ``high`` and ``veryhigh`` refine them 1, 2 and 3 times, with points and normals of the limit surface.
+        mask: Paths of the prims that a file is composed of, with all above and below them; none: all of it.
+        session_layer: A layer that a file is opened with, stronger than the file itself.
+        render_settings: Path of the RenderSettings prim; None: the one that the stage's metadata name.
+        render_pass: Path of a RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
+        draw_modes: Whether models are replaced by boxes, axes or cards as ``model:drawMode`` says.
+
+    Raises:
+        SceneError: The file cannot be read, or it is neither a path nor a stage.
+        OptionError: A purpose or complexity is unknown, or the mask names no prim.
+    """
+    check_purposes(purposes)
+    level = refinement_level(complexity)
+    # What makes a stage is told by name, for pxr is not to be loaded here.
+    if not isinstance(path_or_stage, str | PathLike) and not hasattr(path_or_stage, "GetPseudoRoot"):
+        raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")
+    if isinstance(path_or_stage, str | PathLike) and is_nff(path_or_stage):
+        from warp_rt.nff.load import load_nff
+
+        asked = {"default_time": default_time, "purposes": purposes is not None}
+        asked |= {"mask": bool(mask), "session_layer": session_layer is not None}
+        asked |= {"render_settings": render_settings is not None, "render_pass": render_pass is not None}
+        asked |= {"draw_modes": not draw_modes}
+        given = [name for name, is_given in asked.items() if is_given]
+        if given:
+            raise OptionError(f"{path_or_stage}: {', '.join(given)}: only of USD stages")
+        return StillScene(load_nff(path_or_stage), str(path_or_stage))
+    from warp_rt.usd.source import StageSource
+
+    return StageSource(
+        path_or_stage,
+        mask=mask,
+        session_layer=session_layer,
+        default_time=default_time,
+        purposes=purposes,
+        settings_path=render_settings,
+        pass_path=render_pass,
+        level=level,
+        draw_modes=draw_modes,
+    )
 
 
 def load_scene(
@@ -42,58 +108,30 @@ def load_scene(
     render_pass: str | None = None,
     draw_modes: bool = True,
 ) -> Scene:
-    """Return the scene that a USD stage, or a file in Haines' Neutral File Format, holds.
+    """Return the scene that a USD stage, or a file in Haines' Neutral File Format, holds at one time.
 
     Args:
-        path_or_stage: A .usda, .usdc, .usd or .usdz file, an open ``Usd.Stage``, or a .nff or .nff.gz file, for which
-            none of the other arguments count.
+        path_or_stage: As for :func:`open_scene`; so too the arguments that are not here.
         time: Time code; None: the stage's start time code, as usdrecord does.
         default_time: Read the default values instead of a time code.
-        purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: what the render settings say,
-            else ``proxy``.
-        complexity: Of subdivision surfaces: ``low`` draws their cages, as usdrecord does by default; ``medium``,
-            ``high`` and ``veryhigh`` refine them 1, 2 and 3 times, with points and normals of the limit surface.
-        mask: Paths of the prims that a file is composed of, with all above and below them; none: all of it.
-        session_layer: A layer that a file is opened with, stronger than the file itself.
-        render_settings: Path of the RenderSettings prim; None: the one that the stage's metadata name.
-        render_pass: Path of a RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
-        draw_modes: Whether models are replaced by boxes, axes or cards as ``model:drawMode`` says.
 
     Raises:
         SceneError: The file cannot be read, it is neither a path nor a stage, or there are no such settings.
         OptionError: A purpose or complexity is unknown, the mask names no prim, or the time makes no sense.
         LimitError: The stage holds more than can be meant.
     """
-    check_purposes(purposes)
-    level = refinement_level(complexity)
-    # What makes a stage is told by name, for pxr is not to be loaded here.
-    if not isinstance(path_or_stage, str | PathLike) and not hasattr(path_or_stage, "GetPseudoRoot"):
-        raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")
-    if isinstance(path_or_stage, str | PathLike) and is_nff(path_or_stage):
-        from warp_rt.nff.load import load_nff
-
-        asked = {"time": time is not None, "default_time": default_time, "purposes": purposes is not None}
-        asked |= {"mask": bool(mask), "session_layer": session_layer is not None}
-        asked |= {"render_settings": render_settings is not None, "render_pass": render_pass is not None}
-        asked |= {"draw_modes": not draw_modes}
-        given = [name for name, is_given in asked.items() if is_given]
-        if given:
-            raise OptionError(f"{path_or_stage}: {', '.join(given)}: only of USD stages")
-        return load_nff(path_or_stage)
-    from warp_rt.usd.load import load_stage
-
-    return load_stage(
+    source = open_scene(
         path_or_stage,
-        time=time,
         default_time=default_time,
         purposes=purposes,
+        complexity=complexity,
         mask=mask,
         session_layer=session_layer,
-        settings_path=render_settings,
-        pass_path=render_pass,
-        level=level,
+        render_settings=render_settings,
+        render_pass=render_pass,
         draw_modes=draw_modes,
     )
+    return source.scene(time)
 
 
 def render(
@@ -107,13 +145,13 @@ def render(
     tonemap: str = "srgb",
     **options: Any,
 ) -> Image:
-    """Return the picture of a stage.
+    """Return the picture of a stage, blurred by what moves while the camera's shutter is open if ``spp`` is above 1.
 
     Args:
-        scene: A USD file, an open ``Usd.Stage``, or a :class:`Scene`.
+        scene: A USD file, an open ``Usd.Stage``, or a :class:`Scene`, which is a single moment: nothing blurs.
         camera: Path or name of the camera.
         time: Time code; None: the stage's start.
-        complexity: Of subdivision surfaces, see :func:`load_scene`.
+        complexity: Of subdivision surfaces, see :func:`open_scene`.
         device: ``auto``, ``cpu`` or ``cuda:N``.
         exposure: Stops by which the picture is brightened when it is saved or shown.
         tonemap: Tone curve of 8-bit pictures, ``srgb`` or ``raw``.
@@ -124,10 +162,18 @@ def render(
     """
     from warp_rt.image.image import Image
     from warp_rt.renderer import Renderer
+    from warp_rt.shutter import render_frame
 
     chosen = _options(options)
-    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time, complexity=complexity)
-    film = Renderer(loaded, chosen, device=device).render(camera=camera)
+    if isinstance(scene, Scene):
+        return Image(Renderer(scene, chosen, device=device).render(camera=camera), exposure=exposure, tonemap=tonemap)
+    source = open_scene(scene, complexity=complexity)
+    frame = source.scene(time)
+    film, _ = render_frame(
+        Renderer(frame, chosen, device=device),
+        lambda moment: (source.scene(moment, base_time=frame.time), camera),
+        camera=camera,
+    )
     return Image(film, exposure=exposure, tonemap=tonemap)
 
 
@@ -195,7 +241,7 @@ def trace_tree(
         sample: Which of the pixel's ``spp`` samples; None: all, one tree each.
         camera: Path or name of the camera.
         time: Time code; None: the stage's start.
-        complexity: Of subdivision surfaces, see :func:`load_scene`.
+        complexity: Of subdivision surfaces, see :func:`open_scene`.
         device: ``auto``, ``cpu`` or ``cuda:N``.
         exposure: Stops, for the 8-bit value.
         tonemap: Tone curve of the 8-bit value, ``srgb`` or ``raw``.

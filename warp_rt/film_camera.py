@@ -104,6 +104,13 @@ def has_lens(camera: Camera, settings: Settings) -> bool:
     return camera.lens_radius > 0 and camera.focus_distance > 0 and not settings.disables_depth_of_field
 
 
+def shutter_of(camera: Camera, settings: Settings) -> tuple[float, float]:
+    """Return when a camera's shutter opens and closes, time codes from the frame's, as the render settings leave it."""
+    if settings.disables_motion_blur:
+        return 0.0, 0.0
+    return (camera.shutter[0], camera.shutter[0]) if settings.has_instantaneous_shutter else camera.shutter
+
+
 def world_planes(camera: Camera, origin: np.ndarray) -> np.ndarray:
     """Return the clipping planes (a, b, c, d) of coordinates relative to a world point: float64, shape [n, 4].
 

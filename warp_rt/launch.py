@@ -70,7 +70,7 @@ class StopFlag:
 def run_tiles(
     launch: Callable[[Any, Tile, int], None],
     tiles: list[Tile],
-    sample_count: int,
+    samples: range,
     *,
     threads: int,
     make_scratch: Callable[[], Any],
@@ -83,11 +83,11 @@ def run_tiles(
     All samples of a tile are taken by one worker, in order, so that sums do not depend on who does what. The caller's
     thread stays free to be interrupted: KeyboardInterrupt, and LimitError of the deadline, stop all workers.
     """
-    total = len(tiles) * sample_count
+    total = len(tiles) * len(samples)
     done: deque[None] = deque()  # one element a launch: appending is atomic
 
     def work(tile: Tile, scratch: Any) -> None:
-        for sample in range(sample_count):
+        for sample in samples:
             if stop.is_set:
                 return
             launch(scratch, tile, sample)
@@ -105,16 +105,16 @@ def run_tiles(
 def run_bands(
     launch: Callable[[Tile, int], None],
     bands: list[Tile],
-    sample_count: int,
+    samples: range,
     *,
     device: str,
     deadline: Deadline,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Call ``launch(band, sample)`` for every sample of every band on a CUDA device, one at a time."""
-    for done, (band, sample) in enumerate(((b, s) for b in bands for s in range(sample_count)), start=1):
+    for done, (band, sample) in enumerate(((b, s) for b in bands for s in samples), start=1):
         launch(band, sample)
         wp.synchronize_device(device)
         deadline.check()
         if progress is not None:
-            progress(done / (len(bands) * sample_count))
+            progress(done / (len(bands) * len(samples)))

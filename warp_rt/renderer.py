@@ -18,9 +18,10 @@ from warp_rt.accel import Accel, build_accel, make_stacks, refit_accel
 from warp_rt.compile import load_kernels
 from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
+from warp_rt.exposure import Exposure
 from warp_rt.film import Film, RayCounts
 from warp_rt.film_buffers import Rectangle, crop_area, make_film_buffers
-from warp_rt.film_camera import camera_data, choose_camera, frame_camera, has_lens, image_size
+from warp_rt.film_camera import camera_data, choose_camera, frame_camera, has_lens, image_size, shutter_of
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
 from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, structs
@@ -142,36 +143,81 @@ class Renderer:
             OptionError: The crop lies outside the picture, or the depth is out of range.
             LimitError: The time limit was reached.
         """
-        options = self.options if depth is None else dataclasses.replace(self.options, depth=depth)
-        deadline = Deadline(options.time_limit)
+        film = self.start_film(camera, depth=depth)
+        self.expose(film, range(film.options.spp), camera=camera, progress=progress)
+        self._note_shutter(film.camera)
+        return self.develop(film)
+
+    def start_film(
+        self, camera: str | Camera | None = None, *, depth: int | None = None, aovs: tuple[str, ...] | None = None
+    ) -> Exposure:
+        """Return an unexposed film; ``expose`` adds samples to it, also those of renderers of other moments.
+
+        Args:
+            camera: As for ``render``.
+            depth: Likewise.
+            aovs: What it holds, besides colour; None: as the options say.
+
+        Raises:
+            SceneError: The scene has no camera of that name.
+            OptionError: The crop lies outside the picture, or the depth is out of range.
+        """
+        changes: dict[str, Any] = {"depth": depth, "aovs": aovs}
+        options = dataclasses.replace(self.options, **{name: to for name, to in changes.items() if to is not None})
+        chosen, _, _ = self._set_up(camera)
+        width, height = image_size(chosen, options, self.scene.settings)
+        buffers = make_film_buffers(options.aovs, crop_area(options.crop, width, height), self.device)
+        return Exposure(options, chosen, (width, height), buffers, Deadline(options.time_limit))
+
+    def expose(
+        self,
+        film: Exposure,
+        samples: range,
+        *,
+        camera: str | Camera | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        """Add samples of every pixel to a film.
+
+        Args:
+            film: Made by a renderer of the same device and options.
+            samples: Which of the picture's samples; each has its own place in the pixel and on the lens.
+            camera: As for ``render``.
+            progress: Likewise.
+
+        Raises:
+            SceneError: The scene has no camera of that name.
+            LimitError: The time limit was reached.
+        """
         chosen, device_scene, _ = self._set_up(camera)
         with self._clock("render"):
-            width, height = image_size(chosen, options, self.scene.settings)
-            buffers = make_film_buffers(options.aovs, crop_area(options.crop, width, height), self.device)
-            eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin, self.device)
-            frame = frame_data(options, self.scene, eye)
-            counts = self._trace(
+            eye = camera_data(chosen, *film.size, self.scene.settings, device_scene.origin, self.device)
+            frame = frame_data(film.options, self.scene, eye)
+            film.counts = film.counts + self._trace(
                 [
                     self._array_of_one(device_scene.data, structs.SceneData),
                     self.accel.table,
                     self._array_of_one(frame, structs.FrameData),
-                    self._array_of_one(buffers.data, structs.FilmData),
+                    self._array_of_one(film.buffers.data, structs.FilmData),
                 ],
-                buffers.area[2:],
-                options,
-                deadline,
+                film,
+                samples,
                 progress,
             )
-            aovs = buffers.develop(spp=options.spp, exposure=chosen.exposure_scale, origin=device_scene.origin)
+
+    def develop(self, film: Exposure) -> Film:
+        """Return what a film that this renderer has started shows, once all its samples are there."""
+        width, height = film.buffers.area[2:]
+        exposure, origin = film.camera.exposure_scale, self._device_scene.origin
         return Film(
-            width=buffers.area[2],
-            height=buffers.area[3],
-            aovs=aovs,
-            rays=RayCounts.from_row(counts),
+            width=width,
+            height=height,
+            aovs=film.buffers.develop(spp=film.options.spp, exposure=exposure, origin=origin),
+            rays=RayCounts.from_row(film.counts),
             prims=self.scene.prims,
             instance_paths=self.scene.instance_paths,
             labels=self.scene.labels,
-            facts=self._facts(chosen, options),
+            facts=self._facts(film.camera, film.options),
         )
 
     def trace_tree(
@@ -193,6 +239,7 @@ class Renderer:
         with self._clock("compile"):
             load_kernels("record_tree", device=self.device, on_compile=self._on_compile)
         chosen, device_scene, lights = self._set_up(camera)
+        self._note_shutter(chosen)
         width, height = image_size(chosen, self.options, self.scene.settings)
         area = crop_area(self.options.crop, width, height)
         _check_pixel(x, y, area)
@@ -278,24 +325,31 @@ class Renderer:
         self.diagnostics = tuple(notes)
         return chosen, device_scene, lights
 
+    def _note_shutter(self, camera: Camera) -> None:
+        """Note that the frame's time is all that is drawn, though something moves while the shutter is open."""
+        if shutter_of(camera, self.scene.settings) == (0.0, 0.0):
+            return
+        how = (
+            "motion blur needs several samples a pixel (--spp)"
+            if self.options.spp == 1
+            else "only whole pictures of a stage blur"
+        )
+        message = f"the shutter is open while things move: drawn as at the frame's time; {how}"
+        self.diagnostics = (*self.diagnostics, Diagnostic("N931", camera.path, message))
+
     def _trace(
-        self,
-        shared: list[wp.array],
-        size: tuple[int, int],
-        options: RenderOptions,
-        deadline: Deadline,
-        progress: Callable[[float], None] | None,
+        self, shared: list[wp.array], film: Exposure, samples: range, progress: Callable[[float], None] | None
     ) -> np.ndarray:
         """Launch ``render_tile`` over the whole film; return the sum of the counter rows.
 
         Args:
             shared: The kernel's first arguments.
-            size: Width and height of the film [pixel].
-            options: Of this render.
-            deadline: When to give up.
+            film: Takes the samples.
+            samples: Which.
             progress: As for ``render``.
         """
         is_cpu = self.device == "cpu"
+        size, options, deadline = film.buffers.area[2:], film.options, film.deadline
         tiles = tiles_of(*size, options.tile_size) if is_cpu else bands_of(*size)
         rows = 1 if is_cpu else max(tile[2] * tile[3] for tile in tiles)
         scratches: list[Scratch] = []
@@ -314,7 +368,6 @@ class Renderer:
             command.set_param_at_index(_TILE + 1, sample)
             command.launch()
 
-        samples = options.spp
         if is_cpu:
             run_tiles(
                 launch,

@@ -391,6 +391,8 @@ class Camera:
     """Distance along -Z of the plane in focus [scene unit]; 0: all is sharp, whatever the lens."""
     exposure_scale: float = 1.0
     """Linear factor on colour from the camera's exposure attributes."""
+    shutter: tuple[float, float] = (0.0, 0.0)
+    """When it opens and closes, time codes from the frame's; zeros also where nothing moves meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -408,6 +410,9 @@ class Settings:
     threshold: float | None = None
     disables_depth_of_field: bool = False
     light_samples: int | None = None
+    disables_motion_blur: bool = False
+    has_instantaneous_shutter: bool = False
+    """Whether shutters close as soon as they open."""
 
 
 # --- the whole

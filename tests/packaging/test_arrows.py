@@ -16,7 +16,10 @@ ROOT = Path(__file__).resolve().parents[2]
 # arrow within a part is always allowed. A new module has to be given its floor here.
 PARTS = {
     "base": ["errors", "report", "options"],
-    "scene": ["scene", "displacement", "framing", "headlight", "placement", "srgb", "stand_ins", "texture_values"],
+    "scene": [
+        *("scene", "displacement", "framing", "headlight", "placement"),
+        *("scene_source", "srgb", "stand_ins", "texture_values"),
+    ],
     "subdivision": ["subdivision.*"],
     "splines": ["splines.*"],
     "triangulation": ["triangulate"],
@@ -26,7 +29,7 @@ PARTS = {
     "tracing": [
         *("jobs", "binary_trees", "collapse", "forest", "mesh_trees", "shape_trees", "accel", "queries", "ray_span"),
         *("dome", "device_lights", "device_scene"),
-        *("film", "film_buffers", "film_camera", "frame", "renderer", "tree_recording"),
+        *("film", "film_buffers", "film_camera", "frame", "exposure", "renderer", "shutter", "tree_recording"),
     ],
     "image": ["image.*"],
     "tree": ["tree.*"],

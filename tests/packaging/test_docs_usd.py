@@ -257,7 +257,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W419": (light("SphereLight", 'uniform token light:shaderId = "TheirLight"'), {"/l"}),
     "W421": ('def Camera "c" { float fStop = 2 }', {"/c"}),
     "W422": ('def Camera "c" { int clippingPlanes = 1 }', {"/c"}),
-    "W423": ('def Camera "c" { double shutter:open = -1 }', {"/c"}),
+    "W423": ('def Xform "x" (prepend apiSchemas = ["MotionAPI"]) { float motion:blurScale = 0.5 }', {"/x"}),
     "W424": ('def Camera "c" { float focalLength = 0 }', {"/c"}),
     "W425": ('def Camera "c" (prepend apiSchemas = ["BackPlateAPI:plate"]) {}', {"/c"}),
     "W426": ('def Sphere "s" {}\ndef Camera "c" { float2 clippingRange = (5, 10) }', {"/c"}),
@@ -383,7 +383,7 @@ def test_sharp_shadows_of_lights_with_an_extent_are_noted(
 
 def test_every_code_of_the_documents_has_its_stage() -> None:
     documented = re.findall(r"^\| ([WN]\d{3}) \|", (DOCS / "diagnostics.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906", "N907", "N930"}
+    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906", "N907", "N930", "N931"}
 
 
 # --- what is supported

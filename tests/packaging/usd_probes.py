@@ -517,11 +517,16 @@ _MOVING_MESH = Fixture(
         {QUAD}
         point3f[] points.timeSamples = {{ 0: [(0,0,0), (1,0,0), (1,1,0), (0,1,0)],
             24: [(0,0,9), (1,0,9), (1,1,9), (0,1,9)] }}
-        vector3f[] velocities.timeSamples = {{ 0: [(0,0,0), (0,0,0), (0,0,0), (0,0,0)] }}
-        vector3f[] accelerations.timeSamples = {{ 0: [(0,0,0), (0,0,0), (0,0,0), (0,0,0)] }}
+        vector3f[] velocities.timeSamples = {{ 0: [(0,0,0), (0,0,0), (0,0,0), (0,0,0)], 24: [] }}
+        vector3f[] accelerations.timeSamples = {{ 0: [(0,0,0), (0,0,0), (0,0,0), (0,0,0)], 24: [] }}
     }}
     """
 )
+# Something that changes while shutters are open.
+_GROWING = Fixture('def Sphere "other" { double radius.timeSamples = { -1: 1, 1: 2 } }\ndef Camera "p" {}\n')
+# By number of points: what can be carried by velocities, and what is.
+_SAMPLED = {count: {"points": {0: [(x, x * x, x % 3) for x in range(count)]}} for count in (2, 4, 7, 9)}
+_CARRIED = {count: {**points, "velocities": {0: [(0, 0, 0)] * count}} for count, points in _SAMPLED.items()}
 
 _NORMALS = [(0, 0, 1)] * 8 + [(0, 0.6, 0.8)]
 _MOVED_GRID = [(x, y, 0.3 * x) for y in range(3) for x in range(3)]
@@ -626,8 +631,10 @@ PROBES: dict[str, Probe] = {
     "Camera.clippingRange": one((0.5, 50)),
     "Camera.fStop": one(2, given={"focusDistance": 5.0}),
     "Camera.focusDistance": one(7, given={"fStop": 2.0}),
-    "Camera.shutter:close": one(0.25),
-    "Camera.shutter:open": one(-0.25),
+    "Camera.shutter:close": one(0.25, fixture=_GROWING),
+    "Camera.shutter:open": one(-0.25, fixture=_GROWING),
+    "MotionAPI.motion:blurScale": one(0.5),
+    "MotionAPI.motion:velocityScale": one(0.5),
     "ColorSpaceAPI.colorSpace:name": one("srgb_rec709_scene", given={"primvars:displayColor": [(0.5, 0.2, 0.1)]}),
     "MaterialBindingAPI.material:binding": one("/M", type_name="rel"),
     "MaterialBindingAPI.material:binding:full": one("/M", type_name="rel"),
@@ -682,6 +689,14 @@ PROBES: dict[str, Probe] = {
     "UsdUVTexture node.inputs:sourceColorSpace": Probe(("raw", "sRGB")),
     "UsdUVTexture node.inputs:wrapS": Probe(("repeat", "clamp", "mirror", "black")),
     "UsdUVTexture node.inputs:wrapT": Probe(("repeat", "clamp", "mirror", "black")),
+    "Points.velocities": one({0: [(1, 0, 0)] * 2}, given=_SAMPLED[2], time=12),
+    "Points.accelerations": one({0: [(1, 0, 0)] * 2}, given=_CARRIED[2], time=12),
+    "BasisCurves.velocities": one({0: [(1, 0, 0)] * 7}, given=_SAMPLED[7], time=12),
+    "BasisCurves.accelerations": one({0: [(1, 0, 0)] * 7}, given=_CARRIED[7], time=12),
+    "TetMesh.velocities": one({0: [(1, 0, 0)] * 4}, given=_SAMPLED[4], time=12),
+    "NurbsPatch.velocities": one({0: [(1, 0, 0)] * 9}, given=_SAMPLED[9], time=12),
+    "NurbsPatch.accelerations": one({0: [(1, 0, 0)] * 9}, given=_CARRIED[9], time=12),
+    "TetMesh.accelerations": one({0: [(1, 0, 0)] * 4}, given=_CARRIED[4], time=12),
     "Mesh.velocities": one({0: [(1, 0, 0)] * 4}, fixture=_MOVING_MESH, time=12),
     "Mesh.accelerations": one({0: [(1, 0, 0)] * 4}, fixture=_MOVING_MESH, time=12),
     "MaterialBindingAPI.material:binding:collection:NAME": one(["/p.collection:c", "/M"], type_name="rel"),

@@ -39,7 +39,7 @@ def test_bands_cover_every_pixel_once_and_are_small(width: int, height: int) -> 
 
 def run(launch: Callable, tiles: list, samples: int = 1, **more: Any) -> None:
     arguments = {"threads": 2, "make_scratch": object, "stop": StopFlag("cpu"), "deadline": Deadline(None)} | more
-    run_tiles(launch, tiles, samples, **arguments)
+    run_tiles(launch, tiles, range(samples), **arguments)
 
 
 def test_every_sample_of_a_tile_is_taken_in_order_by_one_worker() -> None:

@@ -88,9 +88,11 @@ def test_lengths_that_make_no_sense_are_replaced_by_the_schemas(name):
         assert codes == ["W424"]
 
 
-def test_what_is_ignored_is_named():
-    assert _read("double shutter:open = -0.25\ndouble shutter:close = 0.25")[1] == ["W423"]
-    assert _read("double shutter:open = 0.25\ndouble shutter:close = 0.25\nfloat fStop = 0")[1] == []
+def test_the_shutter():
+    assert _read("double shutter:open = -0.25\ndouble shutter:close = 0.5")[0].shutter == (-0.25, 0.5)
+    assert _read("double shutter:open = 0.25\ndouble shutter:close = 0.25")[0].shutter == (0.25, 0.25)
+    camera, codes, _ = _read("double shutter:open = 0.5")  # it closes before: USD gives that no meaning
+    assert (camera.shutter, codes) == ((0, 0), ["W424"])
 
 
 @pytest.mark.parametrize(

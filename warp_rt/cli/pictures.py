@@ -16,7 +16,7 @@ from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
 from warp_rt.cli.ray_table import tell_rays
 from warp_rt.cli.render_summary import frame_summary, summary_line, whole_run
-from warp_rt.cli.stage_input import read_stage
+from warp_rt.cli.stage_input import open_stage, read_moment, read_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OptionError
@@ -27,6 +27,7 @@ from warp_rt.options import RenderOptions
 if TYPE_CHECKING:
     from warp_rt.renderer import Renderer
     from warp_rt.scene import Camera, Scene
+    from warp_rt.scene_source import SceneSource
 
 View = tuple["Scene", "str | Camera | None"]
 """A scene, and the camera that sees it: its name, one of the command's own, or None for the scene's."""
@@ -61,6 +62,7 @@ def make_pictures(
     options: RenderOptions,
     shots: Sequence[Shot],
     view: Callable[[Scene], View],
+    announce: Callable[[Scene], None] | None = None,
 ) -> int:
     """Render the shots, write them, and tell; return the exit code.
 
@@ -70,6 +72,7 @@ def make_pictures(
         options: How.
         shots: What.
         view: Says what of a scene is seen.
+        announce: Tells of a frame, before it is rendered.
     """
     check_display(args.exposure, args.tonemap)
     for shot in shots:
@@ -81,14 +84,18 @@ def make_pictures(
     voice = Voice(terminal)
     frames = []
     previous = None
+    begin = time.perf_counter()
+    run = _Run(args, options, open_stage(args), view, announce, voice)
+    opening = time.perf_counter() - begin
     for index, shot in enumerate(shots):
         file = shot.output.name + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
-        frame, previous = _make_picture(args, options, shot, view, voice, f"rendering {file}", previous)
+        frame, previous = _make_picture(run, shot, f"rendering {file}", previous)
         frames.append(frame)
         if len(shots) > 1 and not terminal.is_interactive:
             terminal.info(f"{file}: {frames[-1]['seconds']['total']:.2f} s")
     result = whole_run(frames, [shot.time for shot in shots])
     result["seconds"] |= {"start": start, "total": seconds_since_start()}
+    result["seconds"]["load"] += opening
     result["memory"]["peak_bytes"] = peak_memory()
     terminal.info(summary_line(result))
     tell_rays(terminal, result["rays"])
@@ -98,31 +105,51 @@ def make_pictures(
     return 0
 
 
-def _make_picture(
-    args: argparse.Namespace,
-    options: RenderOptions,
-    shot: Shot,
-    view: Callable[[Scene], View],
-    voice: Voice,
-    label: str,
-    previous: Renderer | None,
-) -> tuple[dict[str, Any], Renderer]:
+@dataclass(frozen=True)
+class _Run:
+    """What all pictures of a run have in common."""
+
+    args: argparse.Namespace
+    options: RenderOptions
+    source: SceneSource
+    view: Callable[[Scene], View]
+    announce: Callable[[Scene], None] | None
+    voice: Voice
+
+
+def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) -> tuple[dict[str, Any], Renderer]:
     """Make one picture and return its JSON object and renderer, whose hierarchy the next frame may refit."""
     from warp_rt.image.image import Image
     from warp_rt.renderer import Renderer
+    from warp_rt.shutter import render_frame
 
     begin = time.perf_counter()
-    files = planned_files(shot.output, args.aov).values()
-    scene, camera = view(read_stage(args, voice, time=shot.time, outputs=files))
+    files = planned_files(shot.output, run.args.aov).values()
+    args, voice = run.args, run.voice
+    frame = read_stage(run.source, args, voice, time=shot.time, outputs=files)
+    if run.announce is not None:
+        run.announce(frame)
+    scene, camera = run.view(frame)
     load = time.perf_counter() - begin
-    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling, previous=previous)
+    told = dict.fromkeys(scene.diagnostics)
+    renderer = Renderer(scene, run.options, device=args.device, on_compile=voice.compiling, previous=previous)
+
+    def view_at(moment: float) -> View:
+        nonlocal load
+        begin = time.perf_counter()
+        at_moment = read_moment(run.source, args, voice, time=moment, frame=frame)
+        told.update(dict.fromkeys(at_moment.diagnostics))
+        seen = run.view(at_moment)
+        load += time.perf_counter() - begin
+        return seen
+
     with progress_bar(voice.terminal, label) as progress:
-        film = renderer.render(camera=camera, progress=progress)
+        film, moments = render_frame(renderer, view_at, camera=camera, progress=progress)
     voice.diagnostics(renderer.diagnostics)
 
     write = time.perf_counter()
     outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output, aovs=args.aov)
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
-    summary = frame_summary(renderer, film, outputs, seconds, [*scene.diagnostics, *renderer.diagnostics])
-    return summary, renderer
+    summary = frame_summary(renderer, film, outputs, seconds, [*told, *renderer.diagnostics])
+    return {**summary, "moments": moments}, renderer

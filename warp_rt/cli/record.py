@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_rt.cli.parser import Parser, add_json, add_scene, names
-from warp_rt.cli.pictures import View, make_pictures, plan_shots
+from warp_rt.cli.pictures import make_pictures, plan_shots
 from warp_rt.cli.render_arguments import add_machine, add_quality, add_view, render_options
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         raise OptionError(f"{output}: with --frames, the file name needs a placeholder, such as name.####.png")
     options = render_options(args, depth=args.depth, aovs=args.aov)
 
-    def view(scene: Scene) -> View:
+    def view(scene: Scene) -> tuple[Scene, Camera]:
         camera = _camera(scene, args.camera, options)
         if not args.show_domes:
             scene = replace(scene, domes=tuple(replace(dome, is_visible=False) for dome in scene.domes))
@@ -101,12 +101,15 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
             from warp_rt.headlight import headlight
 
             scene = replace(scene, lights=(*scene.lights, headlight(camera)))
+        return scene, camera
+
+    def announce(scene: Scene) -> None:
+        camera = _camera(scene, args.camera, options)
         is_framed = camera.path not in [own.path for own in scene.cameras]
         terminal.info(f"Camera: {'framed' if is_framed else camera.path}")
         terminal.info(f"Recording time code: {'DEFAULT' if scene.time is None else f'{scene.time:g}'}")
-        return scene, camera
 
-    return make_pictures(args, terminal, options, plan_shots(args.frames, output), view)
+    return make_pictures(args, terminal, options, plan_shots(args.frames, output), view, announce)
 
 
 def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:

@@ -16,26 +16,19 @@ from warp_rt.errors import OutputError
 
 if TYPE_CHECKING:
     from warp_rt.scene import Scene
+    from warp_rt.scene_source import SceneSource
 
 
-def read_stage(args: argparse.Namespace, voice: Voice, *, time: float | None, outputs: Iterable[Path]) -> Scene:
-    """Return the scene at a time code; everything that its picture will not show as the stage says it has been told.
-
-    Args:
-        args: Of a parser that has ``render_arguments``.
-        voice: Tells the diagnostics.
-        time: None: the stage's start, or its default time.
-        outputs: Files to be written.
+def open_stage(args: argparse.Namespace) -> SceneSource:
+    """Return the stage that the arguments of ``render_arguments`` name, open.
 
     Raises:
-        SceneError: The stage cannot be read, or has warnings under ``--strict``.
-        OutputError: An output is one of the stage's own files.
+        SceneError: It cannot be read.
     """
-    from warp_rt.api import load_scene
+    from warp_rt.api import open_scene
 
-    scene = load_scene(
+    return open_scene(
         args.scene,
-        time=time,
         default_time=args.default_time,
         purposes=args.purposes,
         complexity=args.complexity,
@@ -45,11 +38,45 @@ def read_stage(args: argparse.Namespace, voice: Voice, *, time: float | None, ou
         render_pass=args.render_pass,
         draw_modes=args.draw_modes,
     )
+
+
+def read_stage(
+    source: SceneSource, args: argparse.Namespace, voice: Voice, *, time: float | None, outputs: Iterable[Path]
+) -> Scene:
+    """Return the scene at a time code; everything that its picture will not show as the stage says it has been told.
+
+    Args:
+        source: The open stage.
+        args: Of a parser that has ``render_arguments``.
+        voice: Tells the diagnostics.
+        time: None: the stage's start, or its default time.
+        outputs: Files to be written.
+
+    Raises:
+        SceneError: The stage cannot be read, or has warnings under ``--strict``.
+        OutputError: An output is one of the stage's own files.
+    """
+    scene = source.scene(time)
+    _tell(scene, args, voice)
+    _spare_inputs(scene, outputs)
+    return scene
+
+
+def read_moment(source: SceneSource, args: argparse.Namespace, voice: Voice, *, time: float, frame: Scene) -> Scene:
+    """Return the scene at a time while the shutter of a frame is open; what is new to tell about it has been told.
+
+    Raises:
+        SceneError: It has warnings under ``--strict``.
+    """
+    scene = source.scene(time, base_time=frame.time)
+    _tell(scene, args, voice)
+    return scene
+
+
+def _tell(scene: Scene, args: argparse.Namespace, voice: Voice) -> None:
     voice.diagnostics(scene.diagnostics)
     if args.strict:
         refuse_warnings(args.scene, scene.diagnostics, are_told=voice.terminal.verbosity >= 0)
-    _spare_inputs(scene, outputs)
-    return scene
 
 
 def _spare_inputs(scene: Scene, outputs: Iterable[Path]) -> None:

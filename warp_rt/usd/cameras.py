@@ -23,7 +23,6 @@ from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 
 NO_FOCUS = "W421"
 BAD_PLANES = "W422"
-MOTION_BLUR = "W423"
 INVALID_CAMERA = "W424"
 BACK_PLATE = "W425"
 HIDES_ALL = "W426"
@@ -68,6 +67,7 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
         lens_radius=lens_radius,
         focus_distance=focus_distance,
         exposure_scale=_exposure_scale(prim, attributes, report),
+        shutter=_shutter(prim, attributes, report),
     )
 
 
@@ -158,6 +158,15 @@ def _lens(
     return _TENTH * focal_length / f_number / 2, focus_distance
 
 
+def _shutter(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> tuple[float, float]:
+    opens, closes = attributes.number("shutter:open", 0.0), attributes.number("shutter:close", 0.0)
+    if opens <= closes:
+        return opens, closes
+    message = f"shutter:close, {closes:g}, is before shutter:open, {opens:g}; the frame's own time is drawn"
+    report.warn(INVALID_CAMERA, prim.GetPath(), message)
+    return 0.0, 0.0
+
+
 def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> float:
     """Return the factor from radiance to pixel values (UsdGeomCamera, "Exposure Attributes")."""
     f_number = attributes.number("exposure:fStop", 1.0)
@@ -173,7 +182,5 @@ def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report)
 
 def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
     path = prim.GetPath()
-    if attributes.number("shutter:open", 0.0) != attributes.number("shutter:close", 0.0):
-        report.warn(MOTION_BLUR, path, "motion blur is not supported yet; the shutter is instantaneous")
     if any(schema.startswith("BackPlateAPI:") for schema in prim.GetAppliedSchemas()):
         report.warn(BACK_PLATE, path, "back plates are not supported; ignored")

@@ -14,9 +14,10 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Primvar, ShapeKind, Shapes
-from warp_rt.usd.arrays import float_rows, integers, vector_rows
+from warp_rt.usd.arrays import float_rows, integers
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, MAX_COORDINATE, MeshSource
+from warp_rt.usd.motion import read_points
 from warp_rt.usd.primvars import lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin, pose
 
@@ -78,7 +79,13 @@ class ShapeLayout:
         return ShapeLayout(self.counts, self.vertices[kept], weights, self.varying[kept], self.curve[kept])
 
 
-def read_shapes(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin | None = None) -> MeshSource | None:
+def read_shapes(
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    report: Report,
+    skin: Skin | None = None,
+    carried_to: Usd.TimeCode | None = None,
+) -> MeshSource | None:
     """Return the spheres of Points or the tubes of BasisCurves; None, with a diagnostic, where there are none.
 
     Args:
@@ -86,9 +93,10 @@ def read_shapes(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin |
         time: When its attributes are read.
         report: Takes the diagnostics.
         skin: Deforms its points.
+        carried_to: When its velocities have carried the points from their sample; None: they do not.
     """
     path = prim.GetPath()
-    points = vector_rows(UsdGeom.PointBased(prim).GetPointsAttr().Get(time), 3)
+    points = read_points(prim, time, carried_to)
     if points is None or not len(points):
         report.warn(EMPTY, path, f"{prim.GetTypeName()} without points")
         return None

@@ -18,7 +18,13 @@ TYPES = frozenset(("Mesh", "TetMesh", "NurbsPatch", *curves.TYPES))
 
 
 def read_geometry(
-    prim: Usd.Prim, time: Usd.TimeCode, report: Report, *, skin: Skin | None = None, level: int = 0
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    report: Report,
+    *,
+    skin: Skin | None = None,
+    level: int = 0,
+    carried_to: Usd.TimeCode | None = None,
 ) -> MeshSource | None:
     """Return the geometry of a prim of one of ``TYPES``; None, with a diagnostic, where there is nothing to draw.
 
@@ -28,15 +34,16 @@ def read_geometry(
         report: Takes the diagnostics.
         skin: Deforms it.
         level: Refinements of a smooth surface.
+        carried_to: When its velocities have carried its points from their sample; None: they do not.
 
     Raises:
         LimitError: It would have more faces than can be meant.
     """
     kind = prim.GetTypeName()
     if kind in curves.TYPES:
-        return curves.read_shapes(prim, time, report, skin)
+        return curves.read_shapes(prim, time, report, skin, carried_to)
     if kind == "TetMesh":
-        return read_tet_mesh(prim, time, report, skin)
+        return read_tet_mesh(prim, time, report, skin, carried_to)
     if kind == "NurbsPatch":
-        return read_nurbs_patch(prim, time, report, skin=skin, level=level)
-    return read_mesh(prim, time, report, skin=skin, level=level)
+        return read_nurbs_patch(prim, time, report, skin=skin, level=level, carried_to=carried_to)
+    return read_mesh(prim, time, report, skin=skin, level=level, carried_to=carried_to)

@@ -20,6 +20,7 @@ from warp_rt.usd.geometry import read_geometry
 from warp_rt.usd.implicit import Shape, make_shape
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import MeshSource
+from warp_rt.usd.motion import read_times
 from warp_rt.usd.skinning import Skin
 from warp_rt.usd.stage import error_text
 from warp_rt.usd.transforms import BAD_TRANSFORM
@@ -81,10 +82,19 @@ class GprimReader:
         materials: Gives the material of each prim.
         report: Takes the diagnostics.
         level: Refinements of subdivision surfaces.
+        base_time: See ``read_times``; None: ``time``.
     """
 
-    def __init__(self, time: Usd.TimeCode, materials: MaterialReader, report: Report, level: int) -> None:
+    def __init__(
+        self,
+        time: Usd.TimeCode,
+        materials: MaterialReader,
+        report: Report,
+        level: int,
+        base_time: Usd.TimeCode | None = None,
+    ) -> None:
         self._time = time
+        self._base_time = time if base_time is None else base_time
         self._materials = materials
         self._report = report
         self._level = level
@@ -169,7 +179,10 @@ class GprimReader:
         if isinstance(source, StandIn):
             return MeshSource(source.geometry)
         try:
-            return read_geometry(source.prim, self._time, self._report, skin=source.skin, level=self._level)
+            time, carried_to = read_times(source.prim, self._time, self._base_time)
+            return read_geometry(
+                source.prim, time, self._report, skin=source.skin, level=self._level, carried_to=carried_to
+            )
         except Tf.ErrorException as error:
             self._report.warn(BAD_TRANSFORM, source.prim.GetPath(), f"left out: {error_text(error)}")
             return None

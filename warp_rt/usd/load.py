@@ -21,6 +21,7 @@ from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import MAX_COORDINATE
 from warp_rt.usd.missing_primvars import report_missing_primvars
+from warp_rt.usd.motion import without_idle_shutters
 from warp_rt.usd.placement import Group
 from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
@@ -53,6 +54,7 @@ def load_stage(
     pass_path: str | None = None,
     level: int = 0,
     draw_modes: bool = True,
+    base_time: float | None = None,
 ) -> Scene:
     """Return the scene that a stage shows at one time.
 
@@ -68,6 +70,8 @@ def load_stage(
         pass_path: RenderPass prim, whose ``renderSource`` is the RenderSettings prim.
         level: Refinements of subdivision surfaces.
         draw_modes: Whether models are replaced as their draw modes say.
+        base_time: The frame that ``time`` is a moment of, while its shutter is open: velocities carry points from the
+            sample at or before the frame. None: ``time`` is a frame itself.
 
     Raises:
         SceneError: The file is missing or is not USD, or there are no such settings.
@@ -87,9 +91,10 @@ def load_stage(
         settings, settings_purposes = read_settings(stage, report, settings_path)
         chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
         materials = MaterialReader(stage, code, report)
-        reader = GprimReader(code, materials, report, level)
+        base = code if base_time is None else Usd.TimeCode(base_time)
+        reader = GprimReader(code, materials, report, level, base)
         stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
-        walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report)
+        walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report, base_time=base)
         placed = walk.walk()
         gprims = reader.read()
         group = placed.build(gprims)
@@ -97,6 +102,8 @@ def load_stage(
         linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
         lights, domes = _read_lights(group, materials, linking, code, report)
         cameras = _read_cameras(group, code, report)
+        if base_time is None:
+            cameras = without_idle_shutters(stage, cameras, code)
         report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
         report_missing_camera(settings, cameras, report)
         report_unused(settings, walk.render_prims, stage, report, pass_path)

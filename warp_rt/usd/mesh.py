@@ -16,6 +16,7 @@ from warp_rt.subdivision.topology import Topology
 from warp_rt.triangulate import triangulate
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
+from warp_rt.usd.motion import read_points
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
@@ -81,7 +82,13 @@ class _Shape:
 
 
 def read_mesh(
-    prim: Usd.Prim, time: Usd.TimeCode, report: Report, *, skin: Skin | None = None, level: int = 0
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    report: Report,
+    *,
+    skin: Skin | None = None,
+    level: int = 0,
+    carried_to: Usd.TimeCode | None = None,
 ) -> MeshSource | None:
     """Return the triangles of a mesh prim; None, with a diagnostic, where there is nothing to draw.
 
@@ -95,13 +102,14 @@ def read_mesh(
         report: Takes the diagnostics.
         skin: Deforms points and normals.
         level: Refinements of a subdivision surface.
+        carried_to: When its velocities have carried the points from their sample; None: they do not.
 
     Raises:
         LimitError: It would have more faces than can be meant.
     """
     schema = UsdGeom.Mesh(prim)
     path = prim.GetPath()
-    points, counts, indices = _read_arrays(schema, time, report)
+    points, counts, indices = _read_arrays(schema, time, carried_to, report)
     if not len(points) or not len(counts):
         report.warn(EMPTY, path, "mesh without points or faces")
         return None
@@ -318,7 +326,9 @@ def _mix(words: np.ndarray) -> np.ndarray:
     return words ^ (words >> np.uint64(31))
 
 
-def _read_arrays(schema: UsdGeom.Mesh, time: Usd.TimeCode, report: Report) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _read_arrays(
+    schema: UsdGeom.Mesh, time: Usd.TimeCode, carried_to: Usd.TimeCode | None, report: Report
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points [n, 3], face vertex counts and indices; of no length where one is absent or of a wrong type."""
     found: list[np.ndarray | None] = []
     for attribute in (schema.GetPointsAttr(), schema.GetFaceVertexCountsAttr(), schema.GetFaceVertexIndicesAttr()):
@@ -328,6 +338,8 @@ def _read_arrays(schema: UsdGeom.Mesh, time: Usd.TimeCode, report: Report) -> tu
             report.warn(BAD_TOPOLOGY, schema.GetPath(), f"{attribute.GetName()} holds a {type(value).__name__}")
         found.append(array)
     points, counts, indices = found
+    if carried_to is not None:
+        points = read_points(schema.GetPrim(), time, carried_to)
     return (
         np.zeros((0, 3), np.float32) if points is None else points,
         np.zeros(0, np.int64) if counts is None else counts,

@@ -19,7 +19,7 @@ from warp_rt.scene import Mesh, Primvar
 from warp_rt.splines.patch import Patch
 from warp_rt.splines.pieces import Pieces, find_pieces
 from warp_rt.splines.tessellation import Tessellation, count_steps, tessellate
-from warp_rt.usd.arrays import doubles, vector_rows
+from warp_rt.usd.arrays import doubles
 from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.mesh import (
     BAD_POINT,
@@ -32,6 +32,7 @@ from warp_rt.usd.mesh import (
     read_normals,
     repair_normals,
 )
+from warp_rt.usd.motion import read_points
 from warp_rt.usd.primvars import read_primvars
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.subdivision import MAX_FACES
@@ -121,7 +122,13 @@ class PatchLayout:
 
 
 def read_nurbs_patch(
-    prim: Usd.Prim, time: Usd.TimeCode, report: Report, *, skin: Skin | None = None, level: int = 0
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    report: Report,
+    *,
+    skin: Skin | None = None,
+    level: int = 0,
+    carried_to: Usd.TimeCode | None = None,
 ) -> MeshSource | None:
     """Return the triangles of a patch; None, with a diagnostic, where there is nothing to draw.
 
@@ -134,13 +141,14 @@ def read_nurbs_patch(
         report: Takes the diagnostics.
         skin: Deforms its control points.
         level: Of refinement.
+        carried_to: When its velocities have carried the points from their sample; None: they do not.
 
     Raises:
         LimitError: It would have more triangles than can be meant.
     """
     path = str(prim.GetPath())
     schema = UsdGeom.NurbsPatch(prim)
-    points = vector_rows(schema.GetPointsAttr().Get(time), 3)
+    points = read_points(prim, time, carried_to)
     if points is None or not len(points):
         report.warn(EMPTY, path, "NurbsPatch without points")
         return None

@@ -35,12 +35,20 @@ class PointInstances:
     """Primvars that differ by instance: float32, shape [n, c], by name."""
 
 
-def read_point_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> PointInstances:
+def read_point_instances(
+    prim: Usd.Prim, time: Usd.TimeCode, carried_to: Usd.TimeCode | None, report: Report
+) -> PointInstances:
     """Return the instances of a PointInstancer; what is malformed is left out with a diagnostic.
 
     ``orientationsf`` takes precedence over ``orientations``; ``invisibleIds`` and the metadata ``inactiveIds`` hide
     instances. Between time samples velocities move the instances (UsdGeomPointInstancer, "Computing an Instance
     Transform").
+
+    Args:
+        prim: The instancer.
+        time: When its arrays are read.
+        carried_to: When its velocities have carried the instances from their sample; None: they do not.
+        report: Takes the diagnostics.
     """
     schema = UsdGeom.PointInstancer(prim)
     path = prim.GetPath()
@@ -48,7 +56,7 @@ def read_point_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> 
     prototype = _integers(schema.GetProtoIndicesAttr(), time, report)
     prototype = np.zeros(0, np.int64) if prototype is None else prototype
     count = len(prototype)
-    matrices = _moved_matrices(schema, count, time, report)
+    matrices = _moved_matrices(schema, count, time, time if carried_to is None else carried_to, report)
     if matrices is None:
         matrices = _matrices(schema, count, time, report)
     if not count or matrices is None:
@@ -114,7 +122,7 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
 
 
 def _moved_matrices(
-    schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, report: Report
+    schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, carried_to: Usd.TimeCode, report: Report
 ) -> np.ndarray | None:
     """Return USD's own matrices where velocities move the instances; None where they do not or USD gives none."""
     motions = (schema.GetVelocitiesAttr(), schema.GetAngularVelocitiesAttr(), schema.GetAccelerationsAttr())
@@ -127,7 +135,7 @@ def _moved_matrices(
             report.warn(BAD_ARRAY, attribute.GetPrimPath(), message)
     try:
         matrices = schema.ComputeInstanceTransformsAtTime(
-            time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+            carried_to, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
         )
     except Tf.ErrorException:
         return None

@@ -17,6 +17,7 @@ from warp_rt.report import Report
 from warp_rt.usd.bindings import read_bindings
 from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
+from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
 from warp_rt.usd.primvars import inherited_constants
@@ -35,11 +36,13 @@ class Prototypes:
         stage: Of the instances.
         time: When they are read.
         report: Takes the diagnostics.
+        base_time: See ``read_times``.
     """
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report) -> None:
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report, base_time: Usd.TimeCode) -> None:
         self._stage = stage
         self._time = time
+        self._base_time = base_time
         self._report = report
         self._groups: dict[tuple[object, ...], GroupBuilder] = {}
         self._open: list[Sdf.Path] = []
@@ -92,7 +95,7 @@ class Prototypes:
             builder: Takes the copies.
             walk_group: Walks the prototypes.
         """
-        instances = read_point_instances(prim, self._time, self._report)
+        instances = read_point_instances(prim, *read_times(prim, self._time, self._base_time), self._report)
         name = context.name(prim)
         for row, path in enumerate(instances.prototypes):
             chosen = np.flatnonzero(instances.prototype == row)

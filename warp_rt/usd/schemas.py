@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom, UsdSemantics
 from warp_rt.report import Report
 
 UNSUPPORTED_SCHEMA = "W133"
+MOTION_SCALE = "W423"
 
 # What applied schemas would change, and what happens instead.
 _IGNORED_SCHEMAS = {
@@ -48,6 +49,16 @@ def report_ignored(prim: Usd.Prim, schemas: Sequence[str], report: Report) -> No
         if schema in _IGNORED_SCHEMAS:
             message = f"{schema} is not supported: {_IGNORED_SCHEMAS[schema]}"
             report.warn(UNSUPPORTED_SCHEMA, prim.GetPath(), message)
+        elif schema == "MotionAPI":
+            _report_motion_scales(prim, report)
+
+
+def _report_motion_scales(prim: Usd.Prim, report: Report) -> None:
+    for name in ("motion:blurScale", "motion:velocityScale"):
+        attribute = prim.GetAttribute(name)
+        scale = attribute.Get(Usd.TimeCode.EarliestTime())
+        if attribute.HasAuthoredValue() and scale != 1:
+            report.warn(MOTION_SCALE, prim.GetPath(), f"{name} = {scale} is ignored: blurred as it moves")
 
 
 def read_labels(prim: Usd.Prim, schemas: Sequence[str], time: Usd.TimeCode) -> dict[str, tuple[str, ...]]:

@@ -78,6 +78,8 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
             threshold=reader.threshold(),
             disables_depth_of_field=reader.truth("disableDepthOfField"),
             light_samples=reader.light_samples(),
+            disables_motion_blur=reader.truth("disableMotionBlur"),
+            has_instantaneous_shutter=reader.truth("instantaneousShutter"),
         ),
         reader.purposes(),
     )

@@ -14,7 +14,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Mesh
-from warp_rt.usd.arrays import integer_rows, vector_rows
+from warp_rt.usd.arrays import integer_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.mesh import (
     BAD_INDEX,
@@ -30,6 +30,7 @@ from warp_rt.usd.mesh import (
     read_normals,
     repair_normals,
 )
+from warp_rt.usd.motion import read_points
 from warp_rt.usd.primvars import Layout, read_primvars
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.subsets import FaceGroups, read_face_slots
@@ -66,7 +67,13 @@ class TetLayout(Layout):
         return bool((self.tets >= 0).all())
 
 
-def read_tet_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin | None = None) -> MeshSource | None:
+def read_tet_mesh(
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    report: Report,
+    skin: Skin | None = None,
+    carried_to: Usd.TimeCode | None = None,
+) -> MeshSource | None:
     """Return the surface of a TetMesh; None, with a diagnostic, where there is nothing to draw.
 
     Its faces are ``surfaceFaceVertexIndices``; where those are not authored, the triangles that one tetrahedron has to
@@ -77,10 +84,11 @@ def read_tet_mesh(prim: Usd.Prim, time: Usd.TimeCode, report: Report, skin: Skin
         time: When its attributes are read.
         report: Takes the diagnostics.
         skin: Deforms points and normals.
+        carried_to: When its velocities have carried the points from their sample; None: they do not.
     """
     path = str(prim.GetPath())
     schema = UsdGeom.TetMesh(prim)
-    points = vector_rows(schema.GetPointsAttr().Get(time), 3)
+    points = read_points(prim, time, carried_to)
     if points is None or not len(points):
         report.warn(EMPTY, path, "TetMesh without points")
         return None

@@ -65,6 +65,7 @@ class StageWalk:
         stand_ins: Makes what models are replaced by, as their draw modes say; None: they are not.
         report: Takes the diagnostics.
         limits: Raise LimitError when exceeded.
+        base_time: See ``read_times``; None: ``time``.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class StageWalk:
         stand_ins: StandInReader | None,
         report: Report,
         limits: Limits | None = None,
+        base_time: Usd.TimeCode | None = None,
     ) -> None:
         self.labels: dict[str, dict[str, tuple[str, ...]]] = {}
         self.render_prims: list[str] = []
@@ -89,7 +91,7 @@ class StageWalk:
         self._limits = limits or Limits()
         self._transforms = TransformReader(time, report)
         self._skins = SkinReader(time, report)
-        self._prototypes = Prototypes(stage, time, report)
+        self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
         self._traits: dict[str, TypeTraits] = {}
         self._nesting = 0
         self._visited = 0

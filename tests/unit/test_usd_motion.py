@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What moves within an interval, and what velocities carry, against USD's own arithmetic and by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom
+
+from warp_rt.usd.load import load_stage
+from warp_rt.usd.motion import carries, moves
+
+
+def stage(body: str) -> Usd.Stage:
+    made = Usd.Stage.CreateInMemory()
+    assert made.GetRootLayer().ImportFromString(f"#usda 1.0\n(timeCodesPerSecond = 10)\n{body}")
+    return made
+
+
+@pytest.mark.parametrize(
+    ("attribute", "moving"),
+    [
+        ("float a = 1", False),
+        ("float a.timeSamples = { 2: 1 }", False),
+        ("float a.timeSamples = { 2: 1, 3: 1 }", False),
+        ("float a.timeSamples = { 0: 0, 1: 1, 2: 2 }", False),  # later the last holds
+        ("float a.timeSamples = { 2: 1, 3: 2 }", True),
+        ("float a.timeSamples = { 0: 1, 9: 2 }", True),
+        ("token a.timeSamples = { 0: 'x', 9: 'y' }", False),  # which is not interpolated
+        ("token a.timeSamples = { 2: 'x', 2.75: 'y' }", True),
+        ("float a.timeSamples = { 2: 1, 2.75: 2, 3: 1, 4: 1 }", True),  # between equal ends
+        ("vector3f[] velocities.timeSamples = { 2: [(1, 1, 1)] }", True),
+        ("vector3f[] velocities = [(1, 1, 1)]", False),
+        ("double a.spline = {\n bezier,\n 1: 0; post linear,\n 4: 1,\n}", True),
+    ],
+)
+def test_what_moves_from_2_5_to_3(attribute, moving) -> None:
+    assert moves(stage(f'def "p" {{\n{attribute}\n}}'), 2.5, 3.0) is moving
+
+
+def test_prototypes_of_instances_move() -> None:
+    """The samples stand in another layer, so that nothing but the instance's prototype has them."""
+    for samples, moving in (("{ 2: 1, 3: 2 }", True), ("{ 0: 1, 1: 2 }", False)):
+        other = stage(f'def "c" {{\ndef "p" {{\nfloat a.timeSamples = {samples}\n}}\n}}')
+        name = other.GetRootLayer().identifier
+        made = stage(f'def "i" (instanceable = true\nreferences = @{name}@</c>) {{\n}}')
+        assert moves(made, 2.5, 3.0) is moving
+
+
+@pytest.mark.parametrize(
+    ("points", "velocities", "time", "carried"),
+    [
+        ("{ 0: [(0, 0, 0)], 1: [(9, 0, 0)] }", "{ 0: [(1, 0, 0)], 1: [(1, 0, 0)] }", 0.5, True),
+        ("{ 0: [(0, 0, 0)] }", "{ 0: [(1, 0, 0)] }", -3.0, True),  # the first sample holds
+        ("{ 0: [(0, 0, 0)], 1: [(9, 0, 0)] }", "{ 0.5: [(1, 0, 0)] }", 0.75, False),
+        ("{ 0: [(0, 0, 0)], 1: [(9, 0, 0)] }", "{ 0: [(1, 0, 0)] }", 0.75, False),
+        ("{ 0: [(0, 0, 0)] }", "{ 0: [(1, 0, 0), (1, 0, 0)] }", 0.5, False),
+        ("{ 0: [] }", "{ 0: [] }", 0.5, False),
+    ],
+)
+def test_velocities_carry_where_they_fit_as_usd_has_it(points, velocities, time, carried) -> None:
+    made = stage(
+        f'def Points "p" {{\npoint3f[] points.timeSamples = {points}\n'
+        f"vector3f[] velocities.timeSamples = {velocities}\n}}"
+    )
+    prim, code = made.GetPrimAtPath("/p"), Usd.TimeCode(time)
+    assert carries(prim, code) is carried
+    schema = UsdGeom.PointBased(prim)
+    moved = schema.ComputePointsAtTime(code, code) != schema.GetPointsAttr().Get(code)
+    assert moved is carried
+    assert not carries(prim, Usd.TimeCode.Default())
+
+
+TRIANGLES = """
+    int[] faceVertexCounts.timeSamples = { 0: [3], 1: [3, 3] }
+    int[] faceVertexIndices.timeSamples = { 0: [0, 1, 2], 1: [0, 1, 2, 0, 2, 3] }
+    point3f[] points.timeSamples = {
+        0: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], 1: [(0, 0, 9), (1, 0, 9), (1, 1, 9), (0, 1, 9)] }
+    vector3f[] velocities.timeSamples = {
+        0: [(10, 0, 0), (10, 0, 0), (10, 0, 0)], 1: [(0, 20, 0), (0, 20, 0), (0, 20, 0), (0, 20, 0)] }
+    vector3f[] accelerations.timeSamples = {
+        0: [(0, 0, 0), (0, 0, 0), (0, 0, 0)], 1: [(0, 0, 800), (0, 0, 800), (0, 0, 800), (0, 0, 800)] }
+    uniform token subdivisionScheme = "none"
+"""
+
+
+def test_points_and_topology_are_of_the_sample_that_the_frame_begins_with() -> None:
+    made = stage(f'def Mesh "m" {{\n{TRIANGLES}\n}}')
+    own = load_stage(made, time=0.5).meshes[0]  # a frame between samples
+    assert own.points[0].tolist() == [0.5, 0, 0]  # 10 a second, 10 time codes a second, half of one
+    before = load_stage(made, time=0.75, base_time=1.0).meshes[0]
+    assert len(before.triangles) == 2
+    # Back a quarter of a time code: y -20 / 40, z 9 + 800 / 2 / 40^2
+    np.testing.assert_allclose(before.points[0], [0, -0.5, 9.25], rtol=1e-6)
+    np.testing.assert_allclose(
+        load_stage(made, time=1.25, base_time=1.0).meshes[0].points[0], [0, 0.5, 9.25], rtol=1e-6
+    )
+
+
+def test_curves_points_and_tetrahedra_are_carried_too() -> None:
+    moving = """
+        point3f[] points.timeSamples = { 0: [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)] }
+        vector3f[] velocities.timeSamples = { 0: [(0, 0, 40), (0, 0, 40), (0, 0, 40), (0, 0, 40)] }
+        float[] widths = [1, 1, 1, 1]
+    """
+    made = stage(
+        f'def Points "p" {{\n{moving}\n}}\n'
+        f'def BasisCurves "c" {{\n{moving}\nuniform token type = "linear"\nint[] curveVertexCounts = [4]\n}}\n'
+        f'def TetMesh "t" {{\n{moving}\nint4[] tetVertexIndices = [(0, 1, 2, 3)]\n}}\n'
+    )
+    for mesh in load_stage(made, time=0.25, base_time=0.0).meshes:
+        np.testing.assert_allclose(np.asarray(mesh.points).reshape(-1, 3)[0], [0, 0, 1], atol=1e-6)
+
+
+def test_angular_velocities_turn_instances() -> None:
+    made = stage("""
+        def PointInstancer "i" {
+            int[] protoIndices = [0]
+            point3f[] positions = [(0, 0, 0)]
+            quath[] orientations.timeSamples = { 0: [(1, 0, 0, 0)] }
+            vector3f[] angularVelocities.timeSamples = { 0: [(0, 0, 900)] }
+            rel prototypes = </i/s>
+            def Sphere "s" { }
+        }""")  # 900 degrees a second are 90 a time code
+    matrix = load_stage(made, time=0.5, base_time=0.0).instances.world_from_local[0]
+    np.testing.assert_allclose(matrix[:2, :2], np.sqrt(0.5) * np.array([[1, -1], [1, 1]]), atol=2e-3)
+
+
+def test_an_instancer_is_that_of_the_sample_that_the_frame_begins_with() -> None:
+    made = stage("""
+        def PointInstancer "i" {
+            int[] protoIndices.timeSamples = { 0: [0], 1: [0, 0] }
+            point3f[] positions.timeSamples = { 0: [(0, 0, 0)], 1: [(0, 0, 0), (5, 0, 0)] }
+            vector3f[] velocities.timeSamples = { 0: [(0, 0, 0)], 1: [(10, 0, 0), (10, 0, 0)] }
+            rel prototypes = </i/s>
+            def Sphere "s" { }
+        }""")
+    matrices = load_stage(made, time=0.5, base_time=1.0).instances.world_from_local
+    np.testing.assert_allclose(np.sort(matrices[:, 0, 3]), [-0.5, 4.5])
+    assert len(load_stage(made, time=0.5).instances) == 1

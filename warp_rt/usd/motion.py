@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What moves while a shutter is open, and points that velocities carry along.
+
+Reference: UsdGeomPointBased and UsdGeomPointInstancer schema documentation, "velocities".
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom
+
+from warp_rt.scene import Camera
+from warp_rt.usd.arrays import float_rows, vector_rows
+
+# What is carried, and by what.
+_OF_POINTS = (("points", "velocities"),)
+_OF_INSTANCES = (
+    ("positions", "velocities"),
+    ("orientations", "angularVelocities"),
+    ("orientationsf", "angularVelocities"),
+)
+_MOTIONS = ("velocities", "angularVelocities", "accelerations")
+
+
+def moves(stage: Usd.Stage, first: float, last: float) -> bool:
+    """Return whether anything that a stage says differs, or may, between two time codes.
+
+    Args:
+        stage: With its value clips and the velocities of its points.
+        first: Time code.
+        last: Time code, not before ``first``.
+    """
+    prims = Usd.PrimRange(stage.GetPseudoRoot(), Usd.PrimAllPrimsPredicate)
+    return any(
+        _differs(attribute, first, last)
+        for prim in itertools.chain(prims, *(Usd.PrimRange(root) for root in stage.GetPrototypes()))
+        for attribute in prim.GetAuthoredAttributes()
+    )
+
+
+def without_idle_shutters(stage: Usd.Stage, cameras: Sequence[Camera], time: Usd.TimeCode) -> list[Camera]:
+    """Return the cameras of a frame; those that nothing moves before while their shutter is open have none.
+
+    Args:
+        stage: What they see.
+        cameras: As they are at the frame.
+        time: The frame; at the default time nothing moves.
+    """
+    is_moving: dict[tuple[float, float], bool] = {(0.0, 0.0): False}
+    found = []
+    for camera in cameras:
+        shutter = camera.shutter
+        if shutter not in is_moving:
+            frame = 0.0 if time.IsDefault() else time.GetValue()
+            first, last = frame + min(0.0, shutter[0]), frame + max(0.0, shutter[1])
+            is_moving[shutter] = not time.IsDefault() and moves(stage, first, last)
+        found.append(camera if is_moving[shutter] else replace(camera, shutter=(0.0, 0.0)))
+    return found
+
+
+def read_times(prim: Usd.Prim, time: Usd.TimeCode, base_time: Usd.TimeCode) -> tuple[Usd.TimeCode, Usd.TimeCode | None]:
+    """Return when a prim's arrays are read, and when velocities have carried its points from there; None: they do not.
+
+    Args:
+        prim: A UsdGeomPointBased or PointInstancer.
+        time: What is drawn.
+        base_time: The frame that ``time`` is a moment of: where there are velocities, topology and points are those of
+            the sample at or before it.
+    """
+    return (base_time, time) if carries(prim, base_time) else (time, None)
+
+
+def carries(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
+    """Return whether velocities move a prim's points, or a PointInstancer's instances, away from their sample.
+
+    They do where both have samples at the same times before and after, and as many elements in the one before.
+    """
+    if time.IsDefault():
+        return False
+    for carried, carrier in _OF_INSTANCES if prim.GetTypeName() == "PointInstancer" else _OF_POINTS:
+        velocities = prim.GetAttribute(carrier)
+        if not velocities or not velocities.GetNumTimeSamples():
+            continue
+        points = prim.GetAttribute(carried)
+        samples = velocities.GetBracketingTimeSamples(time.GetValue())
+        if not points or samples != points.GetBracketingTimeSamples(time.GetValue()):
+            continue
+        here, speeds = float_rows(points.Get(samples[0])), float_rows(velocities.Get(samples[0]))
+        if here is not None and speeds is not None and len(here) == len(speeds) > 0:
+            return True
+    return False
+
+
+def read_points(prim: Usd.Prim, time: Usd.TimeCode, carried_to: Usd.TimeCode | None) -> np.ndarray | None:
+    """Return the points of a UsdGeomPointBased: float32, shape [n, 3]; None where it has none.
+
+    Args:
+        prim: The prim.
+        time: When they are read.
+        carried_to: When its velocities have carried them from the sample at or before ``time``; None: they do not.
+    """
+    schema = UsdGeom.PointBased(prim)
+    if carried_to is None:
+        return vector_rows(schema.GetPointsAttr().Get(time), 3)
+    return vector_rows(schema.ComputePointsAtTime(carried_to, time), 3)
+
+
+def _differs(attribute: Usd.Attribute, first: float, last: float) -> bool:
+    if attribute.GetName() in _MOTIONS and attribute.GetNumTimeSamples():
+        return True
+    if not attribute.ValueMightBeTimeVarying():
+        return False
+    if attribute.HasSpline():
+        return True
+    start = attribute.Get(first)
+    between = attribute.GetTimeSamplesInInterval(Gf.Interval(first, last))
+    return any(attribute.Get(time) != start for time in (*between, last))
