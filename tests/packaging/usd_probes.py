@@ -45,6 +45,17 @@ PATCH = """
     double2 vRange = (0, 1)
     point3f[] points = [(0,0,0), (1,0,0), (2,0,0), (0,1,0), (1,1,1), (2,1,0), (0,2,0), (1,2,0), (2,2,0)]
 """
+TRIM = {
+    "trimCurve:counts": [1],
+    "trimCurve:orders": [3],
+    "trimCurve:vertexCounts": [9],
+    "trimCurve:knots": [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4],
+    "trimCurve:ranges": [(0, 4)],
+    "trimCurve:points": [
+        *((0.8, 0.5, 1), (0.8, 0.8, 1), (0.5, 0.8, 1), (0.2, 0.8, 1), (0.2, 0.5, 1)),
+        *((0.2, 0.2, 1), (0.5, 0.2, 1), (0.8, 0.2, 1), (0.8, 0.5, 1)),
+    ],
+}
 FLOOR = """
 def Mesh "floor" {
     point3f[] points = [(-9,0,-9), (-9,0,9), (9,0,9), (9,0,-9)]
@@ -592,12 +603,12 @@ PROBES: dict[str, Probe] = {
     "NurbsPatch.vRange": one((0, 0.5)),
     "NurbsPatch.uVertexCount": one(1),
     "NurbsPatch.vVertexCount": one(1),
-    "NurbsPatch.trimCurve:counts": one([1]),
-    "NurbsPatch.trimCurve:knots": one([0, 0, 1, 1]),
-    "NurbsPatch.trimCurve:orders": one([2]),
-    "NurbsPatch.trimCurve:points": one([(0, 0, 1), (1, 1, 1)]),
-    "NurbsPatch.trimCurve:ranges": one([(0, 1)]),
-    "NurbsPatch.trimCurve:vertexCounts": one([2]),
+    "NurbsPatch.trimCurve:counts": one([1], given={name: value for name, value in TRIM.items() if "counts" not in name}),
+    "NurbsPatch.trimCurve:knots": one([0, 0, 0, 2, 2, 3, 3, 4, 4, 5, 5, 5], given=TRIM),
+    "NurbsPatch.trimCurve:orders": one([4], given=TRIM),
+    "NurbsPatch.trimCurve:points": one([(u / 2, v / 2, 1) for u, v, _ in TRIM["trimCurve:points"]], given=TRIM),
+    "NurbsPatch.trimCurve:ranges": one([(0, 3)], given=TRIM),
+    "NurbsPatch.trimCurve:vertexCounts": one([8], given=TRIM),
     "TetMesh.tetVertexIndices": one([(0, 1, 3, 2)], given={"surfaceFaceVertexIndices": []}),
     "TetMesh.surfaceFaceVertexIndices": one([(0, 2, 1), (0, 1, 3)]),
     "Mesh.faceVertexCounts": one([4, 4, 4]),
