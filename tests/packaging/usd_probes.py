@@ -603,7 +603,7 @@ PROBES: dict[str, Probe] = {
     "NurbsPatch.vRange": one((0, 0.5)),
     "NurbsPatch.uVertexCount": one(1),
     "NurbsPatch.vVertexCount": one(1),
-    "NurbsPatch.trimCurve:counts": one([1], given={name: value for name, value in TRIM.items() if "counts" not in name}),
+    "NurbsPatch.trimCurve:counts": one([1], given=TRIM | {"trimCurve:counts": []}),
     "NurbsPatch.trimCurve:knots": one([0, 0, 0, 2, 2, 3, 3, 4, 4, 5, 5, 5], given=TRIM),
     "NurbsPatch.trimCurve:orders": one([4], given=TRIM),
     "NurbsPatch.trimCurve:points": one([(u / 2, v / 2, 1) for u, v, _ in TRIM["trimCurve:points"]], given=TRIM),
