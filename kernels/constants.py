@@ -204,6 +204,18 @@ PASS_LIMIT = wp.constant(32)
 SHADOW_LIMIT = wp.constant(4096)
 """Surfaces that a shadow ray crosses before it counts as blocked: a bound on the loop, beyond any real stage."""
 
+# --- textures
+
+GRAZING = wp.constant(1.0e-6)
+"""Cosine below which a ray counts as meeting a surface at this one, for its footprint: finite, and beyond any image."""
+
+FOOTPRINT_MAX = wp.constant(1.0e9)
+"""Width of a footprint [texel] that larger ones count as, and those that are no number: the coarsest level anyway."""
+
+MAX_ANISOTROPY = wp.constant(16)
+"""Probes along a footprint; one more than so many times as long as it is wide is averaged over too broad a strip. That
+of graphics hardware: a ground plane is longer only within 4 degrees of the horizon."""
+
 # --- materials
 
 ROUGHNESS_MIN = wp.constant(0.001)

@@ -4,8 +4,8 @@
 
 import warp as wp
 
-from .structs import DomeData, FrameData, SceneData
-from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_image
+from .structs import DomeData, FrameData, RayDifferential, SceneData
+from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_footprint, sample_image
 from .visibility import holds
 
 IRRADIANCE_WIDTH = wp.constant(64)
@@ -33,7 +33,32 @@ def dome_radiance(scene: wp.ref[SceneData], dome: DomeData, direction: wp.vec3) 
     if dome.image < 0:
         return dome.radiance
     st = latlong_from_direction(dome, direction)
-    texel = sample_image(scene, scene.images[dome.image], st[0], st[1], WRAP_REPEAT, WRAP_CLAMP, dome.is_srgb)
+    texel = sample_image(scene, scene.images[dome.image], st[0], st[1], WRAP_REPEAT, WRAP_CLAMP)
+    return wp.cw_mul(dome.radiance, wp.vec3(texel[0], texel[1], texel[2]))
+
+
+@wp.func
+def latlong_differential(dome: DomeData, direction: wp.vec3, change: wp.vec3) -> wp.vec2:
+    """Return how ``latlong_from_direction`` changes where the unit direction does."""
+    x = wp.dot(dome.axis_x, direction)
+    z = wp.dot(dome.axis_z, direction)
+    off_pole2 = wp.max(x * x + z * z, 1.0e-12)
+    turn = (wp.dot(dome.axis_x, change) * z - wp.dot(dome.axis_z, change) * x) / off_pole2
+    rise = wp.dot(dome.axis_y, change) / wp.sqrt(off_pole2)
+    return wp.vec2(-turn / (2.0 * wp.pi), rise / wp.pi)
+
+
+@wp.func
+def dome_radiance_seen(
+    scene: wp.ref[SceneData], dome: DomeData, direction: wp.vec3, ray: wp.ref[RayDifferential]
+) -> wp.vec3:
+    """Return what a ray brings back from a dome: the mean over the directions that it stands for."""
+    if dome.image < 0 or scene.is_filtered == 0:
+        return dome_radiance(scene, dome, direction)
+    st = latlong_from_direction(dome, direction)
+    across = latlong_differential(dome, direction, ray.direction_x)
+    down = latlong_differential(dome, direction, ray.direction_y)
+    texel = sample_footprint(scene, dome.image, st[0], st[1], across, down, WRAP_REPEAT, WRAP_CLAMP)
     return wp.cw_mul(dome.radiance, wp.vec3(texel[0], texel[1], texel[2]))
 
 
@@ -59,7 +84,13 @@ def dome_irradiance(scene: wp.ref[SceneData], dome: DomeData, normal: wp.vec3) -
 
 
 @wp.func
-def environment(scene: wp.ref[SceneData], frame: wp.ref[FrameData], direction: wp.vec3, sender: int):
+def environment(
+    scene: wp.ref[SceneData],
+    frame: wp.ref[FrameData],
+    direction: wp.vec3,
+    ray: wp.ref[RayDifferential],
+    sender: int,
+):
     """Return what a ray that leaves the scene brings back, and the alpha that an eye ray gets with it.
 
     Eye rays (``sender`` -1) see the visible domes. Reflections and refractions by an instance have the light of the
@@ -71,7 +102,7 @@ def environment(scene: wp.ref[SceneData], frame: wp.ref[FrameData], direction: w
         dome = scene.domes[k]
         if sender >= 0 or dome.is_visible != 0:
             if sender < 0 or holds(scene.dome_links, dome.receivers, sender):
-                color += dome_radiance(scene, dome, direction)
+                color += dome_radiance_seen(scene, dome, direction, ray)
             is_covered += 1
     if is_covered > 0:
         return color, 1.0

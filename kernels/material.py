@@ -5,6 +5,7 @@
 import warp as wp
 
 from .constants import MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
 from .structs import InputData, MaterialData, SceneData
 from .surface import Surface, eval_primvar, surface_tangents
@@ -80,17 +81,31 @@ class Shading:
     """n_incoming / n_outgoing for a ray that goes on through the surface; 1: straight."""
 
 
+# Out of line: constants, by far the most, are then read without it.
+@wp.func(inline=False)
+def eval_varying_input(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputData, is_averaged: bool
+) -> wp.vec4:
+    """Return an input that is a texture or a primvar, at a surface point."""
+    if data.texture < 0:
+        return eval_primvar(scene, surface, data.primvar, data.value)
+    texture = scene.textures[data.texture]
+    fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
+    st = eval_primvar(scene, surface, texture.primvar, fallback)
+    across = wp.vec2(0.0, 0.0)
+    down = wp.vec2(0.0, 0.0)
+    if scene.is_filtered != 0 and is_averaged:
+        across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
+        down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
+    return eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down)
+
+
 @wp.func
-def eval_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputData) -> wp.vec4:
-    """Return one input at a surface point."""
+def eval_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputData, is_averaged: bool) -> wp.vec4:
+    """Return one input at a surface point; of a texture its mean over the ray's footprint, if it is to be averaged."""
     value = data.value
-    if data.texture >= 0:
-        texture = scene.textures[data.texture]
-        fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
-        st = eval_primvar(scene, surface, texture.primvar, fallback)
-        value = eval_texture(scene, texture, wp.vec2(st[0], st[1]))
-    elif data.primvar >= 0:
-        value = eval_primvar(scene, surface, data.primvar, data.value)
+    if data.texture >= 0 or data.primvar >= 0:
+        value = eval_varying_input(scene, surface, data, is_averaged)
     if data.channel >= 0:
         c = value[data.channel]
         return wp.vec4(c, c, c, c)
@@ -100,14 +115,14 @@ def eval_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputDa
 @wp.func
 def input_vec3(scene: wp.ref[SceneData], surface: wp.ref[Surface], index: int) -> wp.vec3:
     """Return a colour input of the surface's material."""
-    value = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index])
+    value = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index], True)
     return wp.vec3(value[0], value[1], value[2])
 
 
 @wp.func
 def input_float(scene: wp.ref[SceneData], surface: wp.ref[Surface], index: int) -> float:
     """Return a scalar input of the surface's material."""
-    return eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index])[0]
+    return eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index], True)[0]
 
 
 @wp.func
@@ -207,7 +222,10 @@ def eval_preview(
     s.model = MODEL_PREVIEW
     s.n = shading_normal(scene, surface, material, wo)
     s.wo = wo
-    opacity = wp.clamp(input_float(scene, surface, _OPACITY), 0.0, 1.0)
+    # A cut-out's edge is where opacity crosses the threshold: the mean of what lies about it says nothing of that.
+    is_averaged = material.opacity_threshold <= 0.0
+    given = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + _OPACITY], is_averaged)
+    opacity = wp.clamp(given[0], 0.0, 1.0)
     if material.opacity_threshold > 0.0:
         opacity = 1.0 if opacity >= material.opacity_threshold else 0.0
     s.presence = 1.0

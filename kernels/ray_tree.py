@@ -28,6 +28,7 @@ from .ray_counts import (
     count_reflection,
     count_refraction,
 )
+from .ray_differential import bend_differential, eye_differential, set_footprint
 from .sampling import branch_key, pixel_key
 from .shading import local_illumination
 from .structs import FilmData, FrameData, RayTask, SceneData
@@ -131,12 +132,24 @@ def child_task(
     scene: wp.ref[SceneData],
     parent: wp.ref[RayTask],
     surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
     direction: wp.vec3,
     coefficient: wp.vec3,
     leaked: wp.vec4i,
     kind: int,
 ) -> RayTask:
-    """Return the task of a ray that is one level deeper."""
+    """Return the task of a ray that is one level deeper.
+
+    Args:
+        scene: Shading data.
+        parent: Task of the ray that sends it.
+        surface: Where it starts.
+        shading: Of the surface.
+        direction: Unit.
+        coefficient: Kr or Kt.
+        leaked: As ``leak`` returns it.
+        kind: REFLECTION or REFRACTION.
+    """
     child = RayTask()
     child.origin = spawn_origin(scene, surface, direction)
     child.offset = child.origin - surface.position
@@ -150,6 +163,10 @@ def child_task(
     child.from_triangle = surface.triangle
     child.sender = surface.instance
     child.leaked = leaked
+    if scene.is_filtered != 0:
+        child.differential = parent.differential
+        eta = shading.eta if kind == REFRACTION else 0.0
+        bend_differential(scene, child.differential, surface, parent.direction, shading.n, eta)
     return child
 
 
@@ -182,14 +199,14 @@ def push_children(
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
             leaked = leak(scene, surface, task.leaked, direction, shading.wo, True)
-            tasks[top] = child_task(scene, task, surface, direction, kt, leaked, REFRACTION)
+            tasks[top] = child_task(scene, task, surface, shading, direction, kt, leaked, REFRACTION)
             tell_push(observer, top, REFRACTION)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(REFLECTION, kr, task, frame, counts, observer):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
         leaked = leak(scene, surface, task.leaked, mirrored, shading.wo, False)
-        tasks[top] = child_task(scene, task, surface, mirrored, kr, leaked, REFLECTION)
+        tasks[top] = child_task(scene, task, surface, shading, mirrored, kr, leaked, REFLECTION)
         tell_push(observer, top, REFLECTION)
         top += 1
         count_reflection(counts, task.depth + 1)
@@ -245,6 +262,8 @@ def trace_tree(
     eye.from_instance = -1
     eye.sender = -1
     eye.leaked = NO_LEAK
+    if scene.is_filtered != 0:
+        eye.differential = eye_differential(frame, origin, direction)
     tasks[0] = eye
     tell_eye(observer)
     count(counts, PRIMARY)
@@ -259,7 +278,7 @@ def trace_tree(
         )
         tell_ray(observer, top, task, hit)
         if hit.instance < 0:
-            behind, behind_alpha = environment(scene, frame, task.direction, task.sender)
+            behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender)
             tell_background(observer, behind)
             color += wp.cw_mul(task.coefficient, behind)
             if task.depth == 1:
@@ -267,6 +286,8 @@ def trace_tree(
             continue
         correct_hit(scene, hit, task.offset, task.direction)
         surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
+        if scene.is_filtered != 0:
+            set_footprint(surface, task.differential, task.direction, hit.t)
         shading = eval_material(scene, surface, -task.direction, task.leaked)
         if not is_seen(scene, hit.instance, task.depth):
             shading.presence = 0.0
@@ -285,6 +306,8 @@ def trace_tree(
                 onward.offset = onward.origin - surface.position
                 onward.coefficient = task.coefficient * (1.0 - shading.presence)
                 onward.weight = task.weight * (1.0 - shading.presence)
+                onward.differential.origin_x = surface.dpdx
+                onward.differential.origin_y = surface.dpdy
                 onward.passes = task.passes + 1
                 onward.key = branch_key(task.key, PASSAGE)
                 onward.from_instance = surface.instance

@@ -68,6 +68,10 @@ class ImageData:
     height: wp.int32
     is_float: wp.int32
     """1: ``SceneData.texels_float``, 0: ``SceneData.texels_byte``."""
+    is_srgb: wp.int32
+    """1: red, green and blue are decoded by the sRGB curve."""
+    level_count: wp.int32
+    """Of an image: its levels, itself included, are the rows from here on; of those that follow it: 0."""
 
 
 @wp.struct
@@ -84,7 +88,6 @@ class TextureData:
     row_v: wp.vec3
     wrap_s: wp.int32
     wrap_t: wp.int32
-    is_srgb: wp.int32
     scale: wp.vec4
     bias: wp.vec4
     fallback: wp.vec4
@@ -175,7 +178,6 @@ class DomeData:
     axis_z: wp.vec3
     radiance: wp.vec3
     image: wp.int32
-    is_srgb: wp.int32
     is_visible: wp.int32
     irradiance_offset: wp.int32
     """First entry of its irradiance map in ``SceneData.irradiance``; -1: constant, pi * radiance."""
@@ -212,6 +214,8 @@ class SceneData:
     """Row-major [material, input]."""
     textures: wp.array[TextureData]
     images: wp.array[ImageData]
+    is_filtered: wp.int32
+    """1: images have levels to choose from, so that rays carry differentials."""
     texels_byte: wp.array[wp.uint32]
     """RGBA, red in the lowest byte."""
     texels_float: wp.array[wp.vec4]
@@ -276,6 +280,18 @@ class FrameData:
 
 
 @wp.struct
+class RayDifferential:
+    """Derivatives of a ray by its sample's place in the picture: x across, y down, from one sample to the next."""
+
+    origin_x: wp.vec3
+    """Of the point that the ray leaves, world space."""
+    origin_y: wp.vec3
+    direction_x: wp.vec3
+    """Of its unit direction."""
+    direction_y: wp.vec3
+
+
+@wp.struct
 class RayTask:
     """A ray of the tree that waits to be traced, and what its value will be multiplied by."""
 
@@ -300,6 +316,8 @@ class RayTask:
     """Instance that reflected or refracted it; -1: it comes from the eye."""
     leaked: wp.vec4i
     """Instances of whose surfaces the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
+    differential: RayDifferential
+    """Zero in a scene without textures."""
 
 
 @wp.struct

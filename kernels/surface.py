@@ -34,6 +34,10 @@ class Surface:
     instance: wp.int32
     mesh: wp.int32
     material: wp.int32
+    dpdx: wp.vec3
+    """Displacements in the surface's plane to where the rays of the next samples across and down meet it; zero where
+    they do not matter: texels are then not averaged."""
+    dpdy: wp.vec3
 
 
 @wp.func

@@ -13,14 +13,17 @@ import warp as wp
 
 from warp_rt.device_lights import LinkTable, ShadowTable, light_record, unit_axes
 from warp_rt.dome import irradiance_map
+from warp_rt.image_pyramid import coarser_levels
 from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
+from warp_rt.options import TEXTURE_FILTERS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import (
     MATERIAL_DEFAULTS,
     Dome,
+    Image,
     Input,
     Light,
     Material,
@@ -51,13 +54,16 @@ class DeviceScene:
     """Device memory that its arrays take [byte]."""
 
 
-def upload_scene(scene: Scene, *, device: str, placement: Placement | None = None) -> DeviceScene:
+def upload_scene(
+    scene: Scene, *, device: str, placement: Placement | None = None, texture_filter: str = TEXTURE_FILTERS[0]
+) -> DeviceScene:
     """Return ``scene`` on a device.
 
     Args:
         scene: What to upload.
         device: Resolved device.
         placement: Coordinates that its hierarchies were built in; None: as ``place_scene`` gives them.
+        texture_filter: One of ``TEXTURE_FILTERS``: whether images get pyramids.
     """
     placement = placement or place_scene(scene)
     slots = _primvar_slots(scene)
@@ -65,10 +71,11 @@ def upload_scene(scene: Scene, *, device: str, placement: Placement | None = Non
     data = structs.SceneData()
     _pack_meshes(data, pack, scene.meshes, placement, slots)
     _pack_instances(data, pack, scene, placement, slots)
-    _pack_materials(data, pack, scene, slots)
-    _pack_images(data, pack, scene)
+    images = _Images(scene.images, has_pyramids=texture_filter == "anisotropic")
+    _pack_materials(data, pack, scene, slots, images)
     _pack_lights(data, pack, scene.lights, placement.origin)
-    _pack_domes(data, pack, scene)
+    _pack_domes(data, pack, scene, images)
+    images.pack(data, pack)
     return DeviceScene(data, device, placement.origin, pack.bytes)
 
 
@@ -208,7 +215,7 @@ def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement
     data.instance_primvars = pack.array(values, wp.vec4, ndim=2)
 
 
-def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int]) -> None:
+def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int], images: _Images) -> None:
     data.materials = pack.records(structs.MaterialData, [_material_record(m) for m in scene.materials])
     inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), structs.InputData.numpy_dtype())
     for row, material in zip(inputs, scene.materials, strict=True):
@@ -222,14 +229,13 @@ def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int
     data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
     textures = [
         {
-            "image": t.image,
+            "image": images.row(t.image, is_srgb=t.is_srgb),
             "primvar": slots[t.primvar],
             "uv_fallback": t.uv_fallback,
             "row_u": t.uv_transform[0],
             "row_v": t.uv_transform[1],
             "wrap_s": int(t.wrap_s),
             "wrap_t": int(t.wrap_t),
-            "is_srgb": t.is_srgb,
             "scale": t.scale,
             "bias": t.bias,
             "fallback": t.fallback,
@@ -251,24 +257,62 @@ def _material_record(material: Material) -> dict[str, Any]:
     }
 
 
-def _pack_images(data: Any, pack: _Packer, scene: Scene) -> None:
-    bytes_, floats, table = [], [], []
-    byte_count = float_count = 0
-    for image in scene.images:
-        height, width = image.pixels.shape[:2]
-        is_float = image.pixels.dtype != np.uint8
-        offset = float_count if is_float else byte_count
-        table.append({"offset": offset, "width": width, "height": height, "is_float": is_float})
-        if is_float:
-            floats.append(image.pixels.reshape(-1, 4))
-            float_count += width * height
-        else:
-            bytes_.append(np.ascontiguousarray(image.pixels).view("<u4").reshape(-1))
-            byte_count += width * height
-    data.images = pack.records(structs.ImageData, table)
-    data.texels_byte = pack.chunks(bytes_, wp.uint32, (), np.uint32)
-    data.texels_float = pack.chunks(floats, wp.vec4, (4,), np.float32)
-    data.srgb_decode = pack.array(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32), wp.float32)
+class _Images:
+    """Lays out the images that textures and domes ask for, each by the curve it is decoded by, with its pyramid."""
+
+    def __init__(self, images: Sequence[Image], *, has_pyramids: bool) -> None:
+        self._images = images
+        self._has_pyramids = has_pyramids
+        self._rows: dict[tuple[int, bool], int] = {}
+        self._offsets: dict[int, int] = {}
+        self._table: list[dict[str, Any]] = []
+        self._bytes: list[np.ndarray] = []
+        self._floats: list[np.ndarray] = []
+        self._byte_count = self._float_count = 0
+
+    def row(self, image: int, *, is_srgb: bool) -> int:
+        """Return the device's row of an image of the scene, read as sRGB or not; -1 of no image."""
+        if image < 0:
+            return -1
+        if (image, is_srgb) not in self._rows:
+            self._rows[image, is_srgb] = self._add(image, is_srgb)
+        return self._rows[image, is_srgb]
+
+    def pack(self, data: Any, pack: _Packer) -> None:
+        """Write all of it."""
+        data.images = pack.records(structs.ImageData, self._table)
+        data.is_filtered = any(record["level_count"] > 1 for record in self._table)
+        data.texels_byte = pack.chunks(self._bytes, wp.uint32, (), np.uint32)
+        data.texels_float = pack.chunks(self._floats, wp.vec4, (4,), np.float32)
+        data.srgb_decode = pack.array(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32), wp.float32)
+
+    def _add(self, image: int, is_srgb: bool) -> int:
+        pixels = self._images[image].pixels
+        row = len(self._table)
+        if image not in self._offsets:  # the image itself is the same by either curve
+            self._offsets[image] = self._append(pixels)
+        self._describe(pixels, self._offsets[image], is_srgb)
+        if self._has_pyramids:
+            for level in coarser_levels(pixels, is_srgb=is_srgb):
+                self._describe(level, self._append(level), is_srgb)
+        self._table[row]["level_count"] = len(self._table) - row
+        return row
+
+    def _append(self, pixels: np.ndarray) -> int:
+        count = pixels.shape[0] * pixels.shape[1]
+        if pixels.dtype != np.uint8:
+            self._floats.append(pixels.reshape(-1, 4))
+            self._float_count += count
+            return self._float_count - count
+        self._bytes.append(np.ascontiguousarray(pixels).view("<u4").reshape(-1))
+        self._byte_count += count
+        return self._byte_count - count
+
+    def _describe(self, pixels: np.ndarray, offset: int, is_srgb: bool) -> None:
+        height, width = pixels.shape[:2]
+        is_float = pixels.dtype != np.uint8
+        record = {"offset": offset, "width": width, "height": height, "is_float": is_float, "is_srgb": is_srgb}
+        self._table.append({**record, "level_count": 0})
 
 
 def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:
@@ -280,17 +324,19 @@ def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.n
     data.shadows = pack.records(structs.ShadowData, shadows.rows)
 
 
-def _pack_domes(data: Any, pack: _Packer, scene: Scene) -> None:
+def _pack_domes(data: Any, pack: _Packer, scene: Scene, images: _Images) -> None:
     maps: list[np.ndarray] = []
     links = LinkTable()
-    records = [_dome_record(dome, scene, maps) | {"receivers": links.add(dome.receivers)} for dome in scene.domes]
+    records = [
+        _dome_record(dome, scene, images, maps) | {"receivers": links.add(dome.receivers)} for dome in scene.domes
+    ]
     data.domes = pack.records(structs.DomeData, records)
     data.dome_count = len(scene.domes)
     data.dome_links = pack.array(links.words(), wp.uint32)
     data.irradiance = pack.chunks(maps, wp.vec3, (3,), np.float32)
 
 
-def _dome_record(dome: Dome, scene: Scene, maps: list[np.ndarray]) -> dict[str, Any]:
+def _dome_record(dome: Dome, scene: Scene, images: _Images, maps: list[np.ndarray]) -> dict[str, Any]:
     axes, _ = unit_axes(dome.world_from_light)
     offset = -1
     if dome.image >= 0:
@@ -303,8 +349,7 @@ def _dome_record(dome: Dome, scene: Scene, maps: list[np.ndarray]) -> dict[str, 
         "axis_y": axes[1],
         "axis_z": axes[2],
         "radiance": dome.radiance,
-        "image": dome.image,
-        "is_srgb": dome.is_srgb,
+        "image": images.row(dome.image, is_srgb=dome.is_srgb),
         "is_visible": dome.is_visible,
         "irradiance_offset": offset,
         "diffuse": dome.diffuse,

@@ -15,6 +15,7 @@ from warp_rt.errors import OptionError
 
 INTEGRATORS = ("whitted",)
 SHADOWS = ("auto", "opaque", "transmit")
+TEXTURE_FILTERS = ("anisotropic", "bilinear")
 BUILDERS = ("sah", "median", "midpoint", "lbvh")
 INTERSECTORS = ("watertight", "moller-trumbore", "plane-projection")
 COSTS = ("nodesVisited", "triangleTests", "treeSize", "deepest", "rays")
@@ -54,6 +55,8 @@ class RenderOptions:
     shadows; default 0."""
     shadows: str = "auto"
     """One of ``SHADOWS``: what a transparent surface does to a shadow ray."""
+    texture_filter: str = "anisotropic"
+    """One of ``TEXTURE_FILTERS``: the mean of what a sample sees of a texture, or the four texels about its ray."""
     ambient: tuple[float, float, float] | None = None
     """Ambient light Ia, linear Rec. 709; default black."""
     background: tuple[float, float, float] | None = None
@@ -94,6 +97,7 @@ class RenderOptions:
         _number("time_limit", self.time_limit, 0.0, math.inf)
         _one_of("integrator", self.integrator, INTEGRATORS)
         _one_of("shadows", self.shadows, SHADOWS)
+        _one_of("texture_filter", self.texture_filter, TEXTURE_FILTERS)
         _one_of("bvh", self.bvh, BUILDERS)
         _one_of("intersector", self.intersector, INTERSECTORS)
         for aov in self.aovs:

@@ -96,7 +96,12 @@ class Renderer:
                 threads=self.threads,
             )
         with self._clock("upload"):
-            self._device_scene = upload_scene(scene, device=self.device, placement=self.accel.placement)
+            self._device_scene = upload_scene(
+                scene,
+                device=self.device,
+                placement=self.accel.placement,
+                texture_filter=self.options.texture_filter,
+            )
 
     def _refit(self, previous: Renderer | None) -> Accel | None:
         """Return the previous renderer's hierarchy, refitted; None where there is none that fits, or it is too dear."""

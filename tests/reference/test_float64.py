@@ -31,7 +31,9 @@ def check(scene: Scene, *, shadows: str, threshold: float, depths: range) -> Non
         transmit=shadows == "transmit",
     )
     for depth in depths:
-        options = RenderOptions(width=WIDTH, height=HEIGHT, depth=depth, threshold=threshold, shadows=shadows)
+        options = RenderOptions(
+            width=WIDTH, height=HEIGHT, depth=depth, threshold=threshold, shadows=shadows, texture_filter="bilinear"
+        )
         film = Renderer(scene, options, device="cpu").render(camera=scene.cameras[0])
         assert_same_image(film.color, tree.image(depth))
         assert_same_counts(film, tree.counts(depth))

@@ -19,12 +19,16 @@ init_warp()
 
 
 @wp.kernel
-def look_up(scene: SceneData, uv: wp.array[wp.vec2], out: wp.array[wp.vec4]):
+def look_up(
+    scene: SceneData, uv: wp.array[wp.vec2], across: wp.array[wp.vec2], down: wp.array[wp.vec2], out: wp.array[wp.vec4]
+):
     i = wp.tid()
-    out[i] = eval_texture(scene, scene.textures[0], uv[i])
+    out[i] = eval_texture(scene, scene.textures[0], uv[i], across[i], down[i])
 
 
-def evaluate(pixels: np.ndarray, uv: np.ndarray, **fields: object) -> np.ndarray:
+def evaluate(
+    pixels: np.ndarray, uv: np.ndarray, *, across: object = (0, 0), down: object = (0, 0), **fields: object
+) -> np.ndarray:
     none = np.zeros(0, np.int32)
     scene = Scene(
         meshes=(),
@@ -34,8 +38,9 @@ def evaluate(pixels: np.ndarray, uv: np.ndarray, **fields: object) -> np.ndarray
     )
     device_scene = upload_scene(scene, device="cpu")
     out = wp.zeros(len(uv), dtype=wp.vec4, device="cpu")
-    st = wp.array(np.asarray(uv, np.float32), dtype=wp.vec2, device="cpu")
-    wp.launch(look_up, dim=len(uv), inputs=[device_scene.data, st, out], device="cpu")
+    rows = [np.broadcast_to(np.asarray(pairs, np.float32), (len(uv), 2)).copy() for pairs in (uv, across, down)]
+    pairs = [wp.array(row, dtype=wp.vec2, device="cpu") for row in rows]
+    wp.launch(look_up, dim=len(uv), inputs=[device_scene.data, *pairs, out], device="cpu")
     return out.numpy()
 
 
@@ -131,3 +136,119 @@ def test_the_host_evaluates_as_the_kernels_do(wrap_s: Wrap, wrap_t: Wrap, is_flo
 def test_the_host_shows_the_fallback_unscaled() -> None:
     missing = Texture(-1, fallback=(0.1, 0.2, 0.3, 0.4), scale=(2.0, 2.0, 2.0, 2.0))
     np.testing.assert_allclose(texture_values(missing, [], np.zeros((2, 2))), [(0.1, 0.2, 0.3, 0.4)] * 2)
+
+
+# --- footprints
+
+
+def noise(size: tuple[int, int], seed: int = 7) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0, 1, (*size, 4)).astype(np.float32)
+
+
+@pytest.mark.parametrize("wrap", list(Wrap))
+def test_a_footprint_within_a_texel_changes_nothing(wrap: Wrap) -> None:
+    rng = np.random.default_rng(4)
+    pixels, uv = noise((5, 7)), rng.uniform(-2, 3, (300, 2))
+    angle, size = rng.uniform(0, 6.3, 300), rng.uniform(0, 0.99, 300)
+    across = np.stack([np.cos(angle) / 7, np.sin(angle) / 5], -1) * size[:, None]
+    plain = evaluate(pixels, uv, wrap_s=wrap, wrap_t=wrap)
+    np.testing.assert_array_equal(evaluate(pixels, uv, across=across, wrap_s=wrap, wrap_t=wrap), plain)
+
+
+@pytest.mark.parametrize("wrap", [Wrap.CLAMP, Wrap.REPEAT, Wrap.MIRROR])
+@pytest.mark.parametrize("size", [(16, 16), (13, 6), (1, 5)])
+def test_a_footprint_much_larger_than_the_image_gives_its_mean(wrap: Wrap, size: tuple) -> None:
+    pixels = noise(size)
+    for scale in (16.0, 1e30, np.inf):
+        got = evaluate(pixels, [[0.3, 0.8]], across=(scale, 0), down=(0, scale), wrap_s=wrap, wrap_t=wrap)
+        np.testing.assert_allclose(got[0], pixels.mean(axis=(0, 1)), rtol=2e-5)
+
+
+def box_mean(pixels: np.ndarray, uv: np.ndarray, across: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Return the mean of the repeated image, its texels being flat squares, over a parallelogram in float64."""
+    height, width = pixels.shape[:2]
+    s, t = ((q.reshape(-1) + 0.5) / 300 - 0.5 for q in np.meshgrid(np.arange(300), np.arange(300)))
+    place = uv + s[:, None] * across + t[:, None] * down
+    x, y = (np.floor(place * (width, height)).astype(int) % (width, height)).T
+    return pixels[y, x].astype(float).mean(axis=0)
+
+
+@pytest.mark.parametrize(("length", "breadth"), [(2, 2), (4, 4), (8, 2), (12, 1), (16, 1), (24, 3), (5, 0.3)])
+def test_footprints_give_about_the_mean_over_them(length: float, breadth: float) -> None:
+    """Long ones too, in any direction: the error is a small part of what the texels under the ray alone would make."""
+    rng = np.random.default_rng(11)
+    pixels = noise((64, 32))
+    filtered, plain = [], []
+    for _ in range(40):
+        angle = rng.uniform(0, 2 * np.pi)
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        across, down = turn * np.array([[length], [breadth]]) / (32, 64)
+        uv = rng.uniform(0, 1, 2)
+        truth = box_mean(pixels, uv, across, down)
+        for error, footprint in ((filtered, (across, down)), (plain, ((0, 0), (0, 0)))):
+            got = evaluate(
+                pixels, uv[None], across=footprint[0], down=footprint[1], wrap_s=Wrap.REPEAT, wrap_t=Wrap.REPEAT
+            )
+            error.append(got[0, :3] - truth[:3])
+    filtered_rms, plain_rms = (np.sqrt(np.mean(np.square(error))) for error in (filtered, plain))
+    # Under a box of n texels lies noise of 1 / sqrt(12 n); the filter's own window, not a box, sees about as much.
+    assert filtered_rms < 0.7 / np.sqrt(12 * max(length, 1) * max(breadth, 1))
+    assert filtered_rms < 0.7 * plain_rms
+
+
+def test_a_footprint_does_not_depend_on_how_it_is_told() -> None:
+    """A circle's two derivatives may be any two at right angles; sheared ones, any two that span the ellipse."""
+    rng = np.random.default_rng(12)
+    pixels, uv = noise((32, 32)), rng.uniform(0, 1, (50, 2))
+    across, down = np.array([0.21, 0.05]), np.array([-0.02, 0.11])
+    first = evaluate(pixels, uv, across=across, down=down, wrap_s=Wrap.REPEAT, wrap_t=Wrap.REPEAT)
+    c, s = np.cos(0.9), np.sin(0.9)
+    turned = evaluate(
+        pixels, uv, across=c * across + s * down, down=c * down - s * across, wrap_s=Wrap.REPEAT, wrap_t=Wrap.REPEAT
+    )
+    np.testing.assert_allclose(first, turned, atol=1e-4)
+
+
+def test_black_borders_are_not_mixed_with_the_opposite_side() -> None:
+    pixels = np.zeros((32, 32, 4), np.float32)
+    pixels[:, 16:] = 1.0
+    got = evaluate(pixels, [[0.02, 0.5], [0.98, 0.5], [-0.2, 0.5], [1.2, 0.5]], across=(4 / 32, 0), down=(0, 4 / 32))
+    assert got[0, 0] == 0.0
+    assert 0.4 < got[1, 0] < 0.8  # half of the footprint lies outside
+    assert (got[2:] == 0.0).all()
+
+
+def test_repeated_borders_are_mixed_with_the_opposite_side() -> None:
+    pixels = np.zeros((32, 32, 4), np.float32)
+    pixels[:, 16:] = 1.0
+    got = evaluate(
+        pixels, [[0.0, 0.5], [1.0, 0.5]], across=(4 / 32, 0), down=(0, 4 / 32), wrap_s=Wrap.REPEAT, wrap_t=Wrap.REPEAT
+    )
+    np.testing.assert_allclose(got, 0.5, atol=1e-6)
+
+
+def test_srgb_texels_are_averaged_in_linear_light() -> None:
+    pixels = np.zeros((16, 16, 4), np.uint8)
+    pixels[::2] = 255
+    got = evaluate(
+        pixels, [[0.5, 0.5]], across=(1, 0), down=(0, 1), is_srgb=True, wrap_s=Wrap.REPEAT, wrap_t=Wrap.REPEAT
+    )
+    np.testing.assert_allclose(got[0], 0.5, atol=0.003)  # half a code of 8 bits
+
+
+def test_one_image_by_two_curves_has_two_pyramids_and_one_base() -> None:
+    pixels = np.zeros((16, 16, 4), np.uint8)
+    pixels[::2] = 255
+    none = np.zeros(0, np.int32)
+    scene = Scene(
+        meshes=(),
+        instances=Instances(none, np.zeros((0, 4, 4)), none, none, none, none),
+        textures=(Texture(0, is_srgb=True), Texture(0), Texture(0)),
+        images=(Image("test", pixels),),
+    )
+    data = upload_scene(scene, device="cpu").data
+    assert len(data.images) == 10
+    assert len(data.texels_byte) == 256 + 2 * 85
+    plain = upload_scene(scene, device="cpu", texture_filter="bilinear").data
+    assert (len(plain.images), len(plain.texels_byte)) == (2, 256)
+    assert (data.is_filtered, plain.is_filtered) == (1, 0)

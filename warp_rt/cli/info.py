@@ -82,7 +82,11 @@ def _facts(scene: Scene) -> dict[str, Any]:
         ],
         "settings": scene.settings.path or None,
         "picture": _picture(scene),
-        "memory": {"scene_bytes": scene_bytes(scene), "hierarchy_bytes_estimate": hierarchy_bytes(scene)},
+        "memory": {
+            "scene_bytes": scene_bytes(scene),
+            "pyramid_bytes_estimate": sum(image.pixels.nbytes for image in scene.images) // 3,
+            "hierarchy_bytes_estimate": hierarchy_bytes(scene),
+        },
         "warnings": sum(record.is_warning for record in scene.diagnostics),
     }
 
@@ -154,7 +158,7 @@ def _table(facts: dict[str, Any]) -> str:
         (
             "memory",
             f"{memory['scene_bytes'] / 2**20:.1f} MiB, about {memory['hierarchy_bytes_estimate'] / 2**20:.1f} MiB "
-            "more for hierarchies",
+            f"more for hierarchies, {memory['pyramid_bytes_estimate'] / 2**20:.1f} MiB for image pyramids",
         ),
         ("warnings", f"{facts['warnings']}{' (warp-rt check names them)' if facts['warnings'] else ''}"),
     ]

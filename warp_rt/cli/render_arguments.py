@@ -9,7 +9,7 @@ from typing import Any
 
 from warp_rt.cli.parser import Parser, name, names, rgb, whole_numbers
 from warp_rt.image.tone import TONE_MAPS
-from warp_rt.options import BUILDERS, COMPLEXITIES, INTEGRATORS, INTERSECTORS, SHADOWS, RenderOptions
+from warp_rt.options import BUILDERS, COMPLEXITIES, INTEGRATORS, INTERSECTORS, SHADOWS, TEXTURE_FILTERS, RenderOptions
 
 
 def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
@@ -93,6 +93,12 @@ def add_quality(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--shadows", choices=SHADOWS, default=SHADOWS[0], help="of transparent surfaces (default: %(default)s)"
     )
+    group.add_argument(
+        "--texture-filter",
+        choices=TEXTURE_FILTERS,
+        default=TEXTURE_FILTERS[0],
+        help="mean over what a sample sees, or the texels about its ray alone (default: %(default)s)",
+    )
     group.add_argument("--ambient", type=rgb, metavar="R,G,B", help="ambient light, linear (default: black)")
     group.add_argument(
         "--background", type=rgb, metavar="R,G,B", help="what rays that leave see, linear (default: black)"
@@ -141,6 +147,7 @@ def render_options(args: argparse.Namespace, **others: Any) -> RenderOptions:
         threshold=args.threshold,
         light_samples=args.light_samples,
         shadows=args.shadows,
+        texture_filter=args.texture_filter,
         ambient=args.ambient,
         background=args.background,
         seed=args.seed,
