@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from warp_rt.subdivision.face_varying import RULES
 from warp_rt.subdivision.refine import Step
 from warp_rt.subdivision.surface import Rules, Surface
-from warp_rt.subdivision.topology import INFINITE, Topology
+from warp_rt.subdivision.topology import INFINITE, Edges, Topology
 
 from ..meshes import octasphere
 
@@ -226,7 +228,8 @@ def test_sharpness_blends_edge_rules_and_wears_off(sharpness: float) -> None:
     points, left = CUBE, sharpness
     for _ in range(4):
         step = Step(cage)
-        smooth = Step(topology([*cage.corners.reshape(-1, 4)], cage.vertex_count)).smooth(points)
+        edges = Edges(cage.edges, cage.edge, np.zeros(len(cage.edges)))
+        smooth = Step(replace(cage, known_edges=edges)).smooth(points)
         refined = step.smooth(points)
         sharp = np.flatnonzero(cage.edge_sharpness > 0)
         blend = min(left, 1.0)
@@ -333,3 +336,27 @@ def test_affine_values_are_reproduced() -> None:
     flat = np.argwhere(np.ones((6, 6))).astype(float)
     surface = Surface(topology(grid(6), 36), Rules(), 2)
     np.testing.assert_allclose(surface.smooth(flat), surface.linear(flat), atol=1e-12)
+
+
+@pytest.mark.parametrize("is_loop", [False, True])
+def test_refined_edges_are_those_that_sorting_finds(is_loop: bool) -> None:
+    faces = [[0, 1, 2], [0, 2, 3], [2, 1, 4]] if is_loop else [[0, 1, 2, 3], [2, 1, 4], [3, 2, 4, 5, 6]]
+    refined = Step(Step(topology(faces, 7, {(1, 2): 2.5})).child if not is_loop else topology(faces, 7), is_loop).child
+    found = replace(refined, known_edges=None)
+    known = {tuple(sorted(ends)): row for row, ends in enumerate(refined.edges.tolist())}
+    assert len(known) == len(refined.edges) == len(found.edges)
+    order = [known[ends] for ends in map(tuple, found.edges.tolist())]
+    np.testing.assert_array_equal(np.array(order)[found.edge], refined.edge)
+    np.testing.assert_array_equal(found.edge_sharpness, refined.edge_sharpness[order])
+    np.testing.assert_array_equal(found.is_seam, refined.is_seam[order])
+    ends = np.stack([refined.corners, refined.corners[refined.following]], axis=1)
+    joined = refined.twin >= 0
+    np.testing.assert_array_equal(ends[joined], ends[refined.twin[joined]][:, ::-1])
+    assert (joined == ~refined.is_seam[refined.edge]).all()
+
+
+def test_faces_that_use_a_vertex_twice_in_a_row_do_no_harm() -> None:
+    points = np.random.default_rng(2).normal(size=(5, 3))
+    limits, normals, _ = Surface(topology([[0, 0, 1, 2], [2, 1, 3, 4]], 5), Rules(), 2).limit(points)
+    assert np.isfinite(limits).all()
+    assert np.isfinite(normals).all()

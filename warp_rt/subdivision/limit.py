@@ -24,8 +24,10 @@ from warp_rt.subdivision.topology import INFINITE, Topology
 
 @dataclass(frozen=True, eq=False)
 class Sectors:
-    """The sectors of a topology whose faces all have the same number of corners."""
+    """The sectors around some vertices of a topology whose faces all have the same number of corners."""
 
+    corners: np.ndarray
+    """int64, shape [c], the corners at these vertices."""
     sector: np.ndarray
     """int64, shape [c], sector of each corner."""
     place: np.ndarray
@@ -38,34 +40,41 @@ class Sectors:
     """bool, shape [s]: no crease bounds the sector, it is a full ring."""
 
 
-def find_sectors(topology: Topology) -> Sectors:
-    """Return the sectors around all vertices that have faces."""
+def find_sectors(topology: Topology, onward: np.ndarray, is_wanted: np.ndarray) -> Sectors:
+    """Return the sectors around vertices.
+
+    Args:
+        topology: Faces and edges.
+        onward: The next corner of the same vertex, counter-clockwise, shape [c]; -1 across a seam.
+        is_wanted: Whether each corner is at one of the vertices, shape [c].
+    """
     is_sharp = topology.edge_sharpness >= INFINITE
     # A single crease that ends at a vertex does not part what is around it.
     ends = topology.sum_at_ends(is_sharp.astype(float))
     is_dart = (ends == 1) & ~topology.is_boundary_vertex
     opens = is_sharp[topology.edge] & ~is_dart[topology.corners]
-    onward = _around(topology)  # the next corner of the same vertex, counter-clockwise; -1 across a seam
     closes = opens[onward] | (onward < 0)
     count = len(topology.corners)
     sector = np.full(count, -1)
     place = np.zeros(count, np.int64)
-    starts = [np.flatnonzero(opens | topology.is_seam[topology.edge])]
+    starts = [np.flatnonzero(is_wanted & (opens | topology.is_seam[topology.edge]))]
     total = _walk(starts[0], 0, onward, closes, sector, place)
     # Rings begin at one corner of each vertex; where it is no surface, there are more.
-    rest = np.flatnonzero(sector < 0)
+    rest = np.flatnonzero(is_wanted & (sector < 0))
     while len(rest):
         rest = rest[np.argsort(~is_sharp[topology.edge[rest]], kind="stable")]
         _, first = np.unique(topology.corners[rest], return_index=True)
         starts.append(rest[first])
         total = _walk(starts[-1], total, onward, closes, sector, place)
-        rest = np.flatnonzero(sector < 0)
+        rest = rest[sector[rest] < 0]
     open_count = len(starts[0])
     first_corners = np.concatenate(starts)
+    wanted = np.flatnonzero(is_wanted)
     return Sectors(
-        sector=sector,
-        place=place,
-        faces=np.bincount(sector, minlength=total),
+        corners=wanted,
+        sector=sector[wanted],
+        place=place[wanted],
+        faces=np.bincount(sector[wanted], minlength=total),
         vertex=topology.corners[first_corners],
         is_closed=np.arange(total) >= open_count,
     )
@@ -76,12 +85,74 @@ def limit(topology: Topology, points: np.ndarray, is_loop: bool) -> tuple[np.nda
 
     Points whose sharpness has not worn off yet stay where they are. Normals are zero where tangents have no length.
     """
-    around = find_sectors(topology)
+    onward = topology.twin[topology.preceding]
+    regular, rings = _regular_rings(topology, onward, _REGULAR_VALENCE[is_loop])
+    moved = points.astype(np.float64).copy()
+    moved[regular], regular_normals = _regular_limit(topology, moved, regular, rings)
+    is_left = np.ones(len(topology.corners), bool)
+    is_left[rings] = False
+    around = find_sectors(topology, onward, is_left)
+    rows = np.empty(len(topology.corners), np.int64)
+    rows[rings] = np.arange(len(regular))[:, None]
+    rows[around.corners] = len(regular) + around.sector
+    if len(around.corners):
+        normals = _limit_of_sectors(topology, points.astype(np.float64), around, moved, is_loop)
+        regular_normals = np.concatenate([regular_normals, normals])
+    return moved, regular_normals, rows
+
+
+_REGULAR_VALENCE = {False: 4, True: 6}  # by whether the scheme is Loop's
+
+
+def _regular_rings(topology: Topology, onward: np.ndarray, valence: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smooth vertices of regular valence, shape [r], and the corners around each, counter-clockwise: [r, n].
+
+    Nearly all vertices of a refined surface are such, and their limit needs no search for sectors.
+    """
+    is_regular = topology.vertex_face_count == valence
+    is_regular &= topology.sum_at_ends((topology.edge_sharpness > 0).astype(float)) == 0
+    is_regular &= topology.vertex_sharpness == 0
+    first = np.zeros(topology.vertex_count, np.int64)
+    first[topology.corners] = np.arange(len(topology.corners))
+    vertices = np.flatnonzero(is_regular)
+    rings = [first[vertices]]
+    for _ in range(valence):
+        rings.append(onward[rings[-1]])  # no seam is met, for seams are sharp
+    returns = (rings[-1] == rings[0]) & np.all([ring != rings[0] for ring in rings[1:-1]], axis=0)
+    return vertices[returns], np.stack(rings[:-1], axis=1)[returns]
+
+
+def _regular_limit(
+    topology: Topology, points: np.ndarray, vertices: np.ndarray, rings: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return limit points and unit normals of vertices of valence 4, or of 6 between triangles: shape [r, 3] each."""
+    opening = [topology.following[ring] for ring in rings.T]
+    spokes = [points.take(topology.corners[corner], axis=0) for corner in opening]
+    here = points[vertices]
+    if len(spokes) == 4:
+        across = [points.take(topology.corners[topology.following[corner]], axis=0) for corner in opening]
+        limits = (16 * here + 4 * sum(spokes) + sum(across)) / 36
+        one, two = across[0] - across[2], across[1] - across[3]
+        tangents = 4 * (spokes[0] - spokes[2]) + one - two, 4 * (spokes[1] - spokes[3]) + one + two
+    else:
+        limits = here / 2 + sum(spokes) / 12
+        # Of a wave around the ring, cosines are 1, 1/2, -1/2, ... and sines 0, 1, 1, ... times sqrt(3) / 2.
+        tangents = (
+            2 * (spokes[0] - spokes[3]) + spokes[1] - spokes[2] - spokes[4] + spokes[5],
+            spokes[1] + spokes[2] - spokes[4] - spokes[5],
+        )
+    return limits, _unit(_cross(*tangents))
+
+
+def _limit_of_sectors(
+    topology: Topology, points: np.ndarray, around: Sectors, moved: np.ndarray, is_loop: bool
+) -> np.ndarray:
+    """Write the limits of the vertices of sectors to ``moved``; return the unit normal of each sector, shape [s, 3]."""
     sector, place = around.sector, around.place
-    spoke = points[topology.corners[topology.following]]  # the end of the edge that opens each corner
-    last = points[topology.corners[topology.preceding]]  # of the one that closes it
-    size = int(topology.counts[0])
-    across = points[topology.corners[topology.following[topology.following]]] if size == 4 else np.zeros_like(spoke)
+    following = topology.following[around.corners]
+    spoke = points[topology.corners[following]]  # the end of the edge that opens each corner
+    last = points[topology.corners[topology.preceding[around.corners]]]  # of the one that closes it
+    across = np.zeros_like(spoke) if is_loop else points[topology.corners[topology.following[following]]]
     faces = around.faces.astype(float)
     n = faces[sector]
 
@@ -128,16 +199,14 @@ def limit(topology: Topology, points: np.ndarray, is_loop: bool) -> tuple[np.nda
 
     kind = _vertex_kinds(topology, around)
     sector_kind = kind[around.vertex]
-    crease = np.cross(begin - end, inward)
-    corner_normal = np.cross(begin - vertex, second - vertex)
-    smooth = np.cross(ring[0], ring[1])
+    crease = _cross(begin - end, inward)
+    corner_normal = _cross(begin - vertex, second - vertex)
+    smooth = _cross(ring[0], ring[1])
     normals = np.select(
         [(around.is_closed)[:, None], (sector_kind == _CREASE)[:, None]], [smooth, crease], corner_normal
     )
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    normals = _unit(normals)
 
-    moved = points.astype(np.float64).copy()
     rings = np.flatnonzero(around.is_closed & (sector_kind == _SMOOTH))
     spokes = sum_rows(sector, spoke, len(faces))[rings]
     k = faces[rings][:, None]
@@ -148,9 +217,11 @@ def limit(topology: Topology, points: np.ndarray, is_loop: bool) -> tuple[np.nda
     else:
         diagonals = sum_rows(sector, across, len(faces))[rings]
         moved[at] = (k * k * points[at] + 4 * spokes + diagonals) / (k * (k + 5))
-    for ring_sector in np.flatnonzero(around.is_closed & (sector_kind == _DART)):
-        inside = np.flatnonzero(sector == ring_sector)
-        inside = inside[np.argsort(place[inside])]
+    darts = np.flatnonzero(around.is_closed & (sector_kind == _DART))
+    by_sector = np.lexsort((place, sector)) if len(darts) else sector
+    ends = np.cumsum(around.faces)
+    for ring_sector in darts:
+        inside = by_sector[ends[ring_sector] - around.faces[ring_sector] : ends[ring_sector]]
         at = around.vertex[ring_sector]
         local = np.concatenate([points[at, None], spoke[inside], across[inside]])
         masks = dart_masks(len(inside), is_loop) @ local[: 1 + len(inside) * (1 if is_loop else 2)]
@@ -162,7 +233,19 @@ def limit(topology: Topology, points: np.ndarray, is_loop: bool) -> tuple[np.nda
     creases = np.flatnonzero(~around.is_closed & (sector_kind == _CREASE))
     at = around.vertex[creases]
     moved[at] = (begin[creases] + 4 * points[at] + end[creases]) / 6
-    return moved, normals, sector
+    return normals
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return cross products, shape [n, 3], three times as fast as ``np.cross``."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of length 1; those of length 0 as they are."""
+    length = np.sqrt(np.einsum("ni,ni->n", vectors, vectors))[:, None]
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
 _SMOOTH, _DART, _CREASE, _CORNER, _WAITING = range(5)
@@ -214,16 +297,6 @@ def _vertex_kinds(topology: Topology, around: Sectors) -> np.ndarray:
     kind[partly & (kind != _CORNER)] = _WAITING
     kind[topology.vertex_sharpness >= INFINITE] = _CORNER
     return kind
-
-
-def _around(topology: Topology) -> np.ndarray:
-    """Return the next corner of the same vertex, counter-clockwise, int64, shape [c]; -1 where a seam is in between."""
-    order = np.argsort(topology.edge, kind="stable")
-    is_joined = ~topology.is_seam[topology.edge[order]]
-    pairs = order[is_joined].reshape(-1, 2)  # both corners of an edge that joins two faces
-    twin = np.full(len(topology.corners), -1)
-    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-    return twin[topology.preceding]
 
 
 def _walk(

@@ -14,6 +14,18 @@ INFINITE = 10.0
 
 
 @dataclass(frozen=True, eq=False)
+class Edges:
+    """The edges of a topology, where they need not be found by sorting."""
+
+    ends: np.ndarray
+    """int64, shape [e, 2]."""
+    of_corner: np.ndarray
+    """int64, shape [c], edge of each corner."""
+    sharpness: np.ndarray
+    """float64, shape [e]; that of seams is infinite without being said here."""
+
+
+@dataclass(frozen=True, eq=False)
 class Topology:
     """Faces over vertices, with the sharpness of edges and vertices.
 
@@ -32,6 +44,13 @@ class Topology:
     """float64, shape [k]."""
     vertex_sharpness: np.ndarray
     """float64, shape [vertex_count]; that of boundaries is not among it."""
+    known_edges: Edges | None = None
+    """Says all about edges, creases included; None: they are found."""
+
+    @cached_property
+    def size(self) -> int:
+        """Corners of each face, where all have the same number; else 0."""
+        return int(self.counts[0]) if len(self.counts) and (self.counts == self.counts[0]).all() else 0
 
     @cached_property
     def starts(self) -> np.ndarray:
@@ -46,6 +65,8 @@ class Topology:
     @cached_property
     def following(self) -> np.ndarray:
         """The next corner of the same face, int64, shape [c]."""
+        if self.size:
+            return np.roll(np.arange(len(self.corners)).reshape(-1, self.size), -1, axis=1).reshape(-1)
         following = np.arange(1, len(self.corners) + 1)
         following[self.starts + self.counts - 1] = self.starts
         return following
@@ -53,19 +74,23 @@ class Topology:
     @cached_property
     def preceding(self) -> np.ndarray:
         """The corner before of the same face, int64, shape [c]."""
+        if self.size:
+            return np.roll(np.arange(len(self.corners)).reshape(-1, self.size), 1, axis=1).reshape(-1)
         preceding = np.empty_like(self.following)
         preceding[self.following] = np.arange(len(self.corners))
         return preceding
 
     @cached_property
     def _edges(self) -> tuple[np.ndarray, np.ndarray]:
+        if self.known_edges is not None:
+            return self.known_edges.ends, self.known_edges.of_corner
         ends = np.sort(np.stack([self.corners, self.corners[self.following]], axis=1), axis=1)
         keys, edge = np.unique(self._key(ends), return_inverse=True)
         return np.stack(np.divmod(keys, max(self.vertex_count, 1)), axis=1), edge.reshape(-1)
 
     @property
     def edges(self) -> np.ndarray:
-        """Both ends of each edge, the lower first, in rising order: int64, shape [e, 2]."""
+        """Both ends of each edge: int64, shape [e, 2]."""
         return self._edges[0]
 
     @property
@@ -88,10 +113,12 @@ class Topology:
     @cached_property
     def edge_sharpness(self) -> np.ndarray:
         """Sharpness of each edge, float64, shape [e]; boundaries and edges that join no two faces are infinite."""
+        if self.known_edges is not None:
+            return np.where(self.is_seam, INFINITE, self.known_edges.sharpness)
         sharpness = np.zeros(len(self.edges))
         if len(self.creases) and len(self.edges):
             wanted = self._key(np.sort(self.creases, axis=1))
-            keys = self._key(self.edges)
+            keys = self._key(self.edges)  # in rising order, the lower end first
             row = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
             found = keys[row] == wanted
             np.maximum.at(sharpness, row[found], self.crease_sharpness[found])
@@ -102,8 +129,22 @@ class Topology:
         """Corners at each vertex, int64, shape [vertex_count]."""
         return np.bincount(self.corners, minlength=self.vertex_count)
 
+    @cached_property
+    def twin(self) -> np.ndarray:
+        """The corner on the other side of each corner's edge, int64, shape [c]; -1 across a seam."""
+        is_forward = self.corners < self.corners[self.following]
+        sides = np.full((2, len(self.edges)), -1)
+        rows = np.arange(len(self.corners))
+        for side in (0, 1):
+            own = np.flatnonzero(is_forward == bool(side))
+            sides[side, self.edge[own]] = rows[own]
+        other = np.where(is_forward, sides[0, self.edge], sides[1, self.edge])
+        return np.where(self.is_seam[self.edge], -1, other)
+
     def sum_at_ends(self, values: np.ndarray) -> np.ndarray:
         """Return for each vertex the sum of a number of its edges, shape [vertex_count]."""
+        if not values.any():
+            return np.zeros(self.vertex_count)
         return np.bincount(self.edges.reshape(-1), np.repeat(values, 2), self.vertex_count)
 
     @cached_property
