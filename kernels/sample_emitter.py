@@ -15,6 +15,7 @@ from .constants import GLOSS_SHARE
 from .environment import dome_radiance
 from .light_direction import LightDirection
 from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong
+from .profile import profile_factor
 from .sample_dome import sample_cosine
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import light_radiance, meet_extent, sample_extent
@@ -151,6 +152,9 @@ def sample_emitter(
         s.irradiance = dome_radiance(scene, scene.domes[e.row - scene.light_count], d.wi) / pdf
     else:
         s.irradiance = light_radiance(scene.lights[e.row], d.wi) / pdf
+        profile = scene.lights[e.row].profile
+        if profile >= 0:
+            s.irradiance = s.irradiance * profile_factor(scene, profile, d.wi)
     return s
 
 

@@ -11,6 +11,7 @@ from .environment import dome_irradiance
 from .light import sample_light
 from .material import MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
 from .observer import Observer, observed
+from .profile import profile_factor
 from .ray_counts import count_shadow
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
@@ -213,6 +214,8 @@ def local_illumination(
             )
             continue
         arriving = sample_light(light, surface.position)
+        if light.profile >= 0:
+            arriving.irradiance = arriving.irradiance * profile_factor(scene, light.profile, arriving.to_shadow)
         cosine = wp.dot(shading.n, arriving.wi)
         if cosine > 0.0:
             visible = wp.vec3(1.0, 1.0, 1.0)

@@ -151,6 +151,8 @@ class LightData:
     """Its first word in ``SceneData.links``, whose bits tell the instances that it illuminates; -1: all of them."""
     shadow: wp.int32
     """Row of ``SceneData.shadows``; -1: black shadows of everything, at any distance."""
+    profile: wp.int32
+    """Row of ``SceneData.profiles``; -1: none."""
 
 
 @wp.struct
@@ -166,6 +168,23 @@ class ShadowData:
     falloff_gamma: wp.float32
     casters: wp.int32
     """First word in ``SceneData.links``, whose bits tell the instances that cast shadows; -1: all of them."""
+
+
+@wp.struct
+class ProfileData:
+    """An IES profile as one light has it: numbers over vertical and horizontal angles."""
+
+    offset: wp.int32
+    """First of its numbers in ``SceneData.profile_numbers``: vertical angles [rad], ascending, then horizontal ones,
+    then the factors for the first of these, for the second, ..."""
+    vertical_count: wp.int32
+    horizontal_count: wp.int32
+    angle_scale: wp.float32
+    """UsdLux's ``shaping:ies:angleScale``."""
+    row_x: wp.vec3
+    """Rows of the matrix from world space to the light's, up to one factor for all; so too ``row_y`` and ``row_z``."""
+    row_y: wp.vec3
+    row_z: wp.vec3
 
 
 @wp.struct
@@ -226,6 +245,8 @@ class SceneData:
     links: wp.array[wp.uint32]
     """A bit an instance, the lowest first, for each set of instances that lights restrict themselves to."""
     shadows: wp.array[ShadowData]
+    profiles: wp.array[ProfileData]
+    profile_numbers: wp.array[wp.float32]
     domes: wp.array[DomeData]
     dome_count: wp.int32
     dome_links: wp.array[wp.uint32]

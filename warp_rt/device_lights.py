@@ -4,62 +4,21 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
-from warp_rt.scene import Light, LightKind, Shadow
+from warp_rt.light_tables import LightTables
+from warp_rt.scene import Light, LightKind
 
 
-class LinkTable:
-    """Sets of instances as bits, the lowest first: the words of ``kernels.structs.SceneData.links``."""
-
-    def __init__(self) -> None:
-        self._words: list[np.ndarray] = []
-        self._count = 0
-
-    def add(self, held: np.ndarray | None) -> int:
-        """Return the first word of a set; -1 for that of all instances, None."""
-        if held is None:
-            return -1
-        offset = self._count
-        bits = np.zeros(-(-len(held) // 32) * 4, np.uint8)
-        packed = np.packbits(held, bitorder="little")
-        bits[: len(packed)] = packed
-        self._words.append(bits.view("<u4"))
-        self._count += len(self._words[-1])
-        return offset
-
-    def words(self) -> np.ndarray:
-        """Return all of them: uint32, shape [n]."""
-        return np.concatenate([np.zeros(0, np.uint32), *self._words])
-
-
-class ShadowTable:
-    """Rows of ``kernels.structs.SceneData.shadows``."""
-
-    def __init__(self, links: LinkTable) -> None:
-        self.rows: list[dict[str, Any]] = []
-        self._links = links
-
-    def add(self, shadow: Shadow) -> int:
-        """Return the row of a light's shadow; -1 for a plain one."""
-        if shadow.casters is None and replace(shadow, casters=None) == Shadow():
-            return -1
-        record = {field.name: getattr(shadow, field.name) for field in fields(shadow)}
-        self.rows.append(record | {"casters": self._links.add(shadow.casters)})
-        return len(self.rows) - 1
-
-
-def light_record(light: Light, origin: np.ndarray, links: LinkTable, shadows: ShadowTable) -> dict[str, Any]:
+def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[str, Any]:
     """Return the fields of ``kernels.structs.LightData``.
 
     Args:
         light: As the scene has it; the scale of its transform applies to its shape.
         origin: World point that device coordinates are relative to, shape [3].
-        links: Takes the sets of instances that the light restricts itself to.
-        shadows: Takes its shadow.
+        tables: Takes what the light has and few others do.
     """
     axes, lengths = unit_axes(light.world_from_light)
     if light.kind in (LightKind.RECT, LightKind.DISK):
@@ -89,8 +48,9 @@ def light_record(light: Light, origin: np.ndarray, links: LinkTable, shadows: Sh
         "focus_tint": light.focus_tint,
         "cone_angle": light.cone_angle,
         "cone_softness": min(light.cone_softness, 1.0),
-        "receivers": links.add(light.receivers),
-        "shadow": shadows.add(light.shadow),
+        "receivers": tables.links.add(light.receivers),
+        "shadow": tables.add_shadow(light.shadow),
+        "profile": tables.add_profile(light),
     }
 
 

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.device_lights import LinkTable, ShadowTable, light_record, unit_axes
+from warp_rt.device_lights import light_record, unit_axes
 from warp_rt.dome import irradiance_map
 from warp_rt.image_pyramid import coarser_levels
 from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
+from warp_rt.light_tables import LightTables, LinkTable
 from warp_rt.options import TEXTURE_FILTERS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import (
@@ -316,12 +317,13 @@ class _Images:
 
 
 def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:
-    links = LinkTable()
-    shadows = ShadowTable(links)
-    data.lights = pack.records(structs.LightData, [light_record(light, origin, links, shadows) for light in lights])
+    tables = LightTables()
+    data.lights = pack.records(structs.LightData, [light_record(light, origin, tables) for light in lights])
     data.light_count = len(lights)
-    data.links = pack.array(links.words(), wp.uint32)
-    data.shadows = pack.records(structs.ShadowData, shadows.rows)
+    data.links = pack.array(tables.links.words(), wp.uint32)
+    data.shadows = pack.records(structs.ShadowData, tables.shadows)
+    data.profiles = pack.records(structs.ProfileData, tables.profiles)
+    data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
 
 
 def _pack_domes(data: Any, pack: _Packer, scene: Scene, images: _Images) -> None:

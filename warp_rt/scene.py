@@ -313,6 +313,21 @@ class Shadow:
 
 
 @dataclass(frozen=True)
+class Profile:
+    """How much a light sends where: an IES profile, read linearly between its angles; beyond them it sends nothing.
+
+    Angles are those of the direction that light leaves in, in the light's own space.
+    """
+
+    vertical: np.ndarray
+    """float32, shape [n], n >= 2, from -Z, ascending, within [0, pi]."""
+    horizontal: np.ndarray
+    """float32, shape [m], m >= 2, about the axis from -X towards -Y, ascending, within [0, 2 pi]."""
+    values: np.ndarray
+    """float32, shape [m, n], factors of the light's radiance."""
+
+
+@dataclass(frozen=True)
 class Light:
     """A light with UsdLux's units resolved: ``radiance`` is what its surface sends out."""
 
@@ -343,6 +358,10 @@ class Light:
     receivers: np.ndarray | None = None
     """bool, shape [n], which of ``Scene.instances`` it illuminates; None: all."""
     shadow: Shadow = Shadow()
+    profile: Profile | None = None
+    profile_angle_scale: float = 0.0
+    """Above 0, vertical angles are divided by it before the profile is read; below 0, their distance from pi is by its
+    negative; 0: neither."""
 
     @property
     def has_extent(self) -> bool:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.device_lights import LinkTable, ShadowTable, light_record
+from warp_rt.device_lights import light_record
 from warp_rt.kernels.light import sample_light
 from warp_rt.kernels.structs import LightData
+from warp_rt.light_tables import LightTables, LinkTable
 from warp_rt.scene import Light, LightKind
 from warp_rt.warp_setup import init_warp
 
@@ -18,8 +19,7 @@ init_warp()
 def sample(light: Light, position: tuple) -> tuple[np.ndarray, np.ndarray]:
     """Return direction and irradiance at a world position."""
     data = LightData()
-    links = LinkTable()
-    for name, value in light_record(light, np.zeros(3), links, ShadowTable(links)).items():
+    for name, value in light_record(light, np.zeros(3), LightTables()).items():
         if np.ndim(value):
             setattr(data, name, wp.vec3(*(float(v) for v in value)))
         else:

@@ -10,6 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from warp_rt.report import Report
 from warp_rt.scene import Dome, LightKind, Shadow
+from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.lights import is_light, read_light
 
 TIME = Usd.TimeCode.Default()
@@ -40,7 +41,7 @@ def _read(body, matrix=None, images=None):
     stage = _stage(body)
     report = Report()
     matrix = np.eye(4) if matrix is None else matrix
-    light = read_light(stage.GetPrimAtPath("/L"), matrix, TIME, report, images or _NoImages())
+    light = read_light(stage.GetPrimAtPath("/L"), matrix, TIME, report, images or _NoImages(), ProfileCache(report))
     return light, [diagnostic.code for diagnostic in report]
 
 
@@ -255,7 +256,7 @@ def test_shadow_api(inputs, shadow):
 def _dome(kind, body="", header=""):
     stage = _stage(f'({header})\ndef {kind} "L" {{\n{body}\n}}' if header else f'def {kind} "L" {{\n{body}\n}}')
     report, images = Report(), _NoImages()
-    dome = read_light(stage.GetPrimAtPath("/L"), np.eye(4), TIME, report, images)
+    dome = read_light(stage.GetPrimAtPath("/L"), np.eye(4), TIME, report, images, ProfileCache(report))
     return dome, [d.code for d in report], images.loaded
 
 
@@ -395,7 +396,7 @@ def test_sampled_values_are_read_at_their_time():
     light = UsdLux.SphereLight.Define(stage, "/L")
     light.CreateIntensityAttr().Set(1.0, 0.0)
     light.CreateIntensityAttr().Set(3.0, 10.0)
-    read = read_light(light.GetPrim(), np.eye(4), Usd.TimeCode(5), Report(), _NoImages())
+    read = read_light(light.GetPrim(), np.eye(4), Usd.TimeCode(5), Report(), _NoImages(), ProfileCache(Report()))
     assert read.radiance == pytest.approx((2, 2, 2))
 
 
@@ -405,5 +406,5 @@ def test_dome_that_is_turned_to_the_stages_up_axis_by_its_own_transform():
     light = UsdLux.DomeLight.Define(stage, "/L")
     light.OrientToStageUpAxis()
     matrix = np.array(Gf.Matrix4d(light.ComputeLocalToWorldTransform(TIME))).T
-    dome = read_light(stage.GetPrimAtPath(Sdf.Path("/L")), matrix, TIME, Report(), _NoImages())
+    dome = read_light(stage.GetPrimAtPath(Sdf.Path("/L")), matrix, TIME, Report(), _NoImages(), ProfileCache(Report()))
     np.testing.assert_allclose(dome.world_from_light[:3, 1], [0, 0, 1], atol=1e-12)

@@ -20,9 +20,9 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Light, LightKind, Shadow
 from warp_rt.usd.attribute_values import AttributeReader
+from warp_rt.usd.ies import ProfileCache
 
 UNSUPPORTED_LIGHT = "W401"
-IGNORED_PROFILE = "W402"
 IGNORED_FILTER = "W403"
 IGNORED_TEXTURE = "W406"
 OLD_ATTRIBUTE = "W407"
@@ -69,7 +69,12 @@ def is_light(prim: Usd.Prim) -> bool:
 
 
 def read_light(
-    prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode, report: Report, images: Images
+    prim: Usd.Prim,
+    world_from_local: np.ndarray,
+    time: Usd.TimeCode,
+    report: Report,
+    images: Images,
+    profiles: ProfileCache,
 ) -> Light | Dome | None:
     """Return a light, or None, with a diagnostic, for one that cannot be drawn; None, too, for an invisible one.
 
@@ -79,6 +84,7 @@ def read_light(
         time: When.
         report: Takes diagnostics about what is ignored.
         images: Reads the texture of a dome.
+        profiles: Reads IES profiles.
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
         return None
@@ -96,7 +102,7 @@ def read_light(
     _report_ignored(prim, attributes, report)
     if kind in _DOMES:
         return _read_dome(prim, kind, matrix, attributes, report, images)
-    return _read_shape(prim, _KINDS[kind], matrix, attributes, report)
+    return _read_shape(prim, _KINDS[kind], matrix, attributes, report, profiles)
 
 
 def _is_invertible(matrix: np.ndarray) -> bool:
@@ -121,7 +127,12 @@ def _multipliers(attributes: AttributeReader) -> tuple[float, float]:
 
 
 def _read_shape(
-    prim: Usd.Prim, kind: LightKind, matrix: np.ndarray, attributes: AttributeReader, report: Report
+    prim: Usd.Prim,
+    kind: LightKind,
+    matrix: np.ndarray,
+    attributes: AttributeReader,
+    report: Report,
+    profiles: ProfileCache,
 ) -> Light | None:
     path = prim.GetPath()
     emission = _emission(attributes)
@@ -158,6 +169,9 @@ def _read_shape(
         return None
     diffuse, specular = _multipliers(attributes)
     focus, focus_tint, cone_angle, cone_softness = _shaping(attributes) if kind != LightKind.DISTANT else _NO_SHAPING
+    file = attributes.asset("inputs:shaping:ies:file") if kind != LightKind.DISTANT else None
+    is_normalized = attributes.truth("inputs:shaping:ies:normalize", False)
+    profile = profiles.load(file, path, is_normalized=is_normalized) if file else None
     red, green, blue = (float(c) for c in radiance)
     return Light(
         str(path),
@@ -178,6 +192,8 @@ def _read_shape(
         cone_angle=cone_angle,
         cone_softness=cone_softness,
         shadow=_shadow(attributes),
+        profile=profile,
+        profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,
     )
 
 
@@ -310,9 +326,6 @@ def _read_dome(
 def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
     """Report each feature that a light has and the picture lacks."""
     path = prim.GetPath()
-    profile = attributes.asset("inputs:shaping:ies:file")
-    if profile is not None:
-        report.warn(IGNORED_PROFILE, path, f"the IES profile @{profile.path}@ is not supported; ignored")
     filters = prim.GetRelationship("light:filters")
     if filters and filters.GetTargets():
         report.warn(IGNORED_FILTER, path, "light filters are not supported; ignored")

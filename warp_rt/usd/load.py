@@ -16,6 +16,7 @@ from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene, Shapes
 from warp_rt.usd.cameras import read_camera, report_hidden
 from warp_rt.usd.draw_modes import StandInReader
 from warp_rt.usd.gprims import GprimReader, Gprims
+from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
@@ -172,11 +173,12 @@ def _reach(geometry: Mesh | Shapes) -> float:
 def _read_lights(
     group: Group, materials: MaterialReader, linking: LinkReader, time: Usd.TimeCode, report: Report
 ) -> tuple[list[Light], list[Dome]]:
+    profiles = ProfileCache(report)
     lights: list[Light] = []
     domes: list[Dome] = []
     for placed in group.lights:
         try:
-            light = read_light(placed.prim, placed.matrix, time, report, materials)
+            light = read_light(placed.prim, placed.matrix, time, report, materials, profiles)
             receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))
         except Tf.ErrorException as error:
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What few lights have, in tables that lights refer to by row: links, shadows, profiles."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from warp_rt.scene import Light, Profile, Shadow
+
+
+class LinkTable:
+    """Sets of instances as bits, the lowest first: the words of ``kernels.structs.SceneData.links``."""
+
+    def __init__(self) -> None:
+        self._words: list[np.ndarray] = []
+        self._count = 0
+
+    def add(self, held: np.ndarray | None) -> int:
+        """Return the first word of a set; -1 for that of all instances, None."""
+        if held is None:
+            return -1
+        offset = self._count
+        bits = np.zeros(-(-len(held) // 32) * 4, np.uint8)
+        packed = np.packbits(held, bitorder="little")
+        bits[: len(packed)] = packed
+        self._words.append(bits.view("<u4"))
+        self._count += len(self._words[-1])
+        return offset
+
+    def words(self) -> np.ndarray:
+        """Return all of them: uint32, shape [n]."""
+        return np.concatenate([np.zeros(0, np.uint32), *self._words])
+
+
+class LightTables:
+    """Collects the rows that the lights of a scene refer to."""
+
+    def __init__(self) -> None:
+        self.links = LinkTable()
+        self.shadows: list[dict[str, Any]] = []
+        """Rows of ``kernels.structs.SceneData.shadows``."""
+        self.profiles: list[dict[str, Any]] = []
+        """Rows of ``kernels.structs.SceneData.profiles``."""
+        self._numbers: list[np.ndarray] = []
+        self._number_count = 0
+        self._offsets: dict[int, int] = {}
+
+    def add_shadow(self, shadow: Shadow) -> int:
+        """Return the row of a light's shadow; -1 for a plain one."""
+        if shadow.casters is None and replace(shadow, casters=None) == Shadow():
+            return -1
+        record = {field.name: getattr(shadow, field.name) for field in fields(shadow)}
+        self.shadows.append(record | {"casters": self.links.add(shadow.casters)})
+        return len(self.shadows) - 1
+
+    def add_profile(self, light: Light) -> int:
+        """Return the row of a light's profile; -1 where it has none."""
+        if light.profile is None:
+            return -1
+        light_from_world = np.linalg.inv(light.world_from_light[:3, :3])
+        # Of any length, for only directions are taken there; of about 1, for float32.
+        light_from_world /= np.linalg.norm(light_from_world, axis=1).max()
+        self.profiles.append(
+            {
+                "offset": self._add_numbers(light.profile),
+                "vertical_count": len(light.profile.vertical),
+                "horizontal_count": len(light.profile.horizontal),
+                "angle_scale": light.profile_angle_scale,
+                **dict(zip(("row_x", "row_y", "row_z"), light_from_world, strict=True)),
+            }
+        )
+        return len(self.profiles) - 1
+
+    def profile_numbers(self) -> np.ndarray:
+        """Return ``kernels.structs.SceneData.profile_numbers``: float32, shape [n]."""
+        return np.concatenate([np.zeros(0, np.float32), *self._numbers])
+
+    def _add_numbers(self, profile: Profile) -> int:
+        """Return where a profile's numbers begin; lights that share one share its numbers."""
+        offset = self._offsets.setdefault(id(profile), self._number_count)
+        if offset == self._number_count:
+            self._numbers += [profile.vertical, profile.horizontal, profile.values.reshape(-1)]
+            self._number_count += len(profile.vertical) + len(profile.horizontal) + profile.values.size
+        return offset
