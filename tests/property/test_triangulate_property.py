@@ -9,7 +9,7 @@ from hypothesis.extra import numpy as hnp
 
 from warp_rt.report import Report
 from warp_rt.triangulate import triangulate
-from warp_rt.usd.mesh import drawable_polygons
+from warp_rt.usd.polygons import drawable_polygons
 
 
 @settings(max_examples=300, deadline=None)

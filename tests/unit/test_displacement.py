@@ -9,7 +9,7 @@ import pytest
 
 from warp_rt.displacement import Displacement, displaced
 from warp_rt.scene import Image, Input, Mesh, Primvar, Texture, Wrap, is_closed
-from warp_rt.usd.mesh import encloses_volume
+from warp_rt.usd.volumes import encloses_volume
 
 from ..meshes import octasphere
 

@@ -13,7 +13,7 @@ from warp_rt.splines.patch import Patch, Places
 from warp_rt.splines.pieces import bernstein, find_pieces
 from warp_rt.splines.tessellation import count_steps as count_patch_steps
 from warp_rt.splines.tessellation import tessellate
-from warp_rt.usd.mesh import encloses_volume
+from warp_rt.usd.volumes import encloses_volume
 
 W = np.sqrt(0.5)
 CIRCLE = [(1, 0, 1), (1, 1, W), (0, 1, 1), (-1, 1, W), (-1, 0, 1), (-1, -1, W), (0, -1, 1), (1, -1, W), (1, 0, 1)]

@@ -13,7 +13,7 @@ from pxr import Usd
 
 import warp_rt
 from warp_rt.scene import Mesh, Scene
-from warp_rt.usd.mesh import encloses_volume
+from warp_rt.usd.volumes import encloses_volume
 
 QUAD = """
     point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0)]

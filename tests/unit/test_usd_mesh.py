@@ -8,7 +8,10 @@ from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Mesh
-from warp_rt.usd.mesh import MeshSource, encloses_volume, read_mesh
+from warp_rt.usd.authored import AuthoredReader
+from warp_rt.usd.mesh import read_meshes
+from warp_rt.usd.sources import MeshSource, Source
+from warp_rt.usd.volumes import encloses_volume
 
 # Two unit squares side by side in the plane z = 0, seen from +z.
 SQUARES = """
@@ -34,8 +37,10 @@ def read(body: str, time: float = 0.0) -> tuple[MeshSource | None, list[str]]:
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Mesh "M"\n{{\n{body}\n}}\n')
     report = Report()
-    source = read_mesh(stage.GetPrimAtPath("/M"), Usd.TimeCode(time), report)
-    return source, [record.code for record in report]
+    prim = stage.GetPrimAtPath("/M")
+    source = Source(prim, AuthoredReader().read(prim, has_clips=False), None, Usd.TimeCode(time), None)
+    mesh = read_meshes([source], report, 0)[0]
+    return mesh, [record.code for record in report]
 
 
 def mesh_of(body: str, time: float = 0.0) -> Mesh:

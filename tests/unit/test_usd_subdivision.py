@@ -12,7 +12,9 @@ import warp_rt
 from warp_rt.errors import LimitError, OptionError
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Scene
-from warp_rt.usd.mesh import read_mesh
+from warp_rt.usd.authored import AuthoredReader
+from warp_rt.usd.mesh import read_meshes
+from warp_rt.usd.sources import Source
 
 CUBE = """
     point3f[] points = [(-1,-1,-1), (-1,-1,1), (-1,1,-1), (-1,1,1), (1,-1,-1), (1,-1,1), (1,1,-1), (1,1,1)]
@@ -192,8 +194,11 @@ def test_an_unknown_complexity_is_refused() -> None:
 def test_level_0_is_the_cage() -> None:
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Mesh "m" {{ {CUBE}\n}}')
-    source = read_mesh(stage.GetPrimAtPath("/m"), Usd.TimeCode.Default(), Report())
-    assert len(source.mesh.triangles) == 12
+    prim = stage.GetPrimAtPath("/m")
+    source = Source(prim, AuthoredReader().read(prim, has_clips=False), None, Usd.TimeCode.Default(), None)
+    read = read_meshes([source], Report(), 0)[0]
+    assert read is not None
+    assert len(read.mesh.triangles) == 12
 
 
 def test_a_boundary_rule_that_leaves_no_face_is_told() -> None:

@@ -40,6 +40,12 @@ def integers(value: Any) -> np.ndarray | None:
     return array.astype(np.int64) if array is not None and array.ndim == 1 and array.dtype.kind in "iu" else None
 
 
+def signed_integers(value: Any) -> np.ndarray | None:
+    """Return integers as they are stored, else as int64: shape [n], perhaps the value's own memory; None: others."""
+    array = _numbers(value)
+    return array if array is not None and array.dtype == np.int32 and array.ndim == 1 else integers(value)
+
+
 def integer_rows(value: Any, width: int) -> np.ndarray | None:
     """Return vectors of ``width`` integers: int64, shape [n, width]; None for anything else."""
     array = _numbers(value)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from pxr import Sdf, Usd, UsdShade
 
-_HANDED_DOWN = ("material:binding", "skel:skeleton", "skel:animationSource")
+from warp_rt.usd.authored import AuthoredReader
+
 _COLLECTION = "material:binding:collection:"
 
 
@@ -29,18 +30,16 @@ Bindings = tuple[Binding, ...]
 """From the root down to a prim. Prims of which the same is said have the same material."""
 
 
-def extend_bindings(above: Bindings, prim: Usd.Prim, properties: Sequence[str]) -> Bindings:
+def extend_bindings(above: Bindings, prim: Usd.Prim, names: Sequence[str]) -> Bindings:
     """Return what material and skeleton bindings on a prim and above it say.
 
     Args:
         above: What those above it say.
         prim: The prim.
-        properties: Names of its properties.
+        names: Of its properties that may be such relationships: ``Authored.bindings``.
     """
     said = above
-    for name in properties:
-        if not name.startswith(_HANDED_DOWN):
-            continue
+    for name in names:
         relationship = prim.GetRelationship(name)
         if not relationship:
             continue
@@ -62,8 +61,9 @@ def read_bindings(prim: Usd.Prim) -> Bindings:
         chain.append(prim)
         prim = prim.GetParent()
     said: Bindings = ()
+    authored = AuthoredReader()
     for prim in reversed(chain):
-        said = extend_bindings(said, prim, prim.GetAuthoredPropertyNames())
+        said = extend_bindings(said, prim, authored.read(prim, has_clips=False).bindings)
     return said
 
 

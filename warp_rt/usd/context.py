@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
+from warp_rt.usd.authored import Authored
 from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.primvars import Values, inherited_constants
 
@@ -56,20 +56,20 @@ class Context:
         return str(prim.GetPath())[self.path_length :]
 
 
-def hand_down(prim: Usd.Prim, here: Context, properties: Sequence[str], time: Usd.TimeCode, report: Report) -> Context:
+def hand_down(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeCode, report: Report) -> Context:
     """Return the context with the bindings and primvars that a prim hands on.
 
     Args:
         prim: The prim.
         here: All else that its children have from it.
-        properties: Names of its properties.
+        authored: What it authors.
         time: When primvars are read.
         report: Takes the diagnostics.
     """
     primvars = None
-    if any(name.startswith("primvars:") for name in properties):
+    if authored.primvars:
         primvars = UsdGeom.PrimvarsAPI(prim).FindIncrementallyInheritablePrimvars(here.primvars)
-    bindings = extend_bindings(here.bindings, prim, properties)
+    bindings = extend_bindings(here.bindings, prim, authored.bindings)
     if not primvars:
         return here if bindings is here.bindings else replace(here, bindings=bindings)
     constants = inherited_constants(primvars, time, report)

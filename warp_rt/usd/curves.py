@@ -16,10 +16,12 @@ from warp_rt.report import Report
 from warp_rt.scene import Primvar, ShapeKind, Shapes
 from warp_rt.usd.arrays import float_rows, integers
 from warp_rt.usd.attribute_values import AttributeReader
-from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, MAX_COORDINATE, MeshSource
+from warp_rt.usd.mesh import EMPTY, INVALID_VALUE
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.primvars import lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin, pose
+from warp_rt.usd.sources import MeshSource
 
 TYPES = ("Points", "BasisCurves")
 BAD_CURVES = "W117"

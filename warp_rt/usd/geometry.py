@@ -1,49 +1,53 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The geometry of a prim, whatever its type."""
+"""The geometry of prims, whatever their type."""
 
 from __future__ import annotations
 
-from pxr import Usd
+from collections.abc import Sequence
+
+from pxr import Tf
 
 from warp_rt.report import Report
 from warp_rt.usd import curves
-from warp_rt.usd.mesh import MeshSource, read_mesh
+from warp_rt.usd.mesh import read_meshes
 from warp_rt.usd.nurbs_patch import read_nurbs_patch
-from warp_rt.usd.skinning import Skin
+from warp_rt.usd.sources import MeshSource, Source, report_unreadable
 from warp_rt.usd.tet_mesh import read_tet_mesh
 
 TYPES = frozenset(("Mesh", "TetMesh", "NurbsPatch", *curves.TYPES))
 """Types that :func:`read_geometry` reads; those of ``implicit`` share unit shapes instead."""
 
 
-def read_geometry(
-    prim: Usd.Prim,
-    time: Usd.TimeCode,
-    report: Report,
-    *,
-    skin: Skin | None = None,
-    level: int = 0,
-    carried_to: Usd.TimeCode | None = None,
-) -> MeshSource | None:
-    """Return the geometry of a prim of one of ``TYPES``; None, with a diagnostic, where there is nothing to draw.
+def read_geometry(sources: Sequence[Source], report: Report, level: int) -> list[MeshSource | None]:
+    """Return the geometry of prims of ``TYPES``; None, with a diagnostic, where there is nothing to draw.
 
     Args:
-        prim: The prim.
-        time: When its attributes are read.
+        sources: The prims.
         report: Takes the diagnostics.
-        skin: Deforms it.
-        level: Refinements of a smooth surface.
-        carried_to: When its velocities have carried its points from their sample; None: they do not.
+        level: Refinements of smooth surfaces.
 
     Raises:
-        LimitError: It would have more faces than can be meant.
+        LimitError: One would have more faces than can be meant.
     """
+    rows = [row for row, source in enumerate(sources) if source.prim.GetTypeName() == "Mesh"]
+    meshes = read_meshes([sources[row] for row in rows], report, level)
+    found: list[MeshSource | None] = [None] * len(sources)
+    for row, mesh in zip(rows, meshes, strict=True):
+        found[row] = mesh
+    for row in sorted({*range(len(sources))}.difference(rows)):
+        try:
+            found[row] = _read_other(sources[row], report, level)
+        except Tf.ErrorException as error:
+            report_unreadable(sources[row].prim, error, report)
+    return found
+
+
+def _read_other(source: Source, report: Report, level: int) -> MeshSource | None:
+    prim, _, skin, time, carried_to = source
     kind = prim.GetTypeName()
     if kind in curves.TYPES:
         return curves.read_shapes(prim, time, report, skin, carried_to)
     if kind == "TetMesh":
         return read_tet_mesh(prim, time, report, skin, carried_to)
-    if kind == "NurbsPatch":
-        return read_nurbs_patch(prim, time, report, skin=skin, level=level, carried_to=carried_to)
-    return read_mesh(prim, time, report, skin=skin, level=level, carried_to=carried_to)
+    return read_nurbs_patch(prim, time, report, skin=skin, level=level, carried_to=carried_to)

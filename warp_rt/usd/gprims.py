@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Tf, Usd
+from pxr import Sdf, Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Shapes
+from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.bindings import extend_bindings
 from warp_rt.usd.context import Context
 from warp_rt.usd.displacements import DisplacementReader, Move
@@ -19,11 +20,9 @@ from warp_rt.usd.draw_modes import StandIn
 from warp_rt.usd.geometry import read_geometry
 from warp_rt.usd.implicit import Shape, make_shape
 from warp_rt.usd.materials import MaterialReader
-from warp_rt.usd.mesh import MeshSource
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.skinning import Skin
-from warp_rt.usd.stage import error_text
-from warp_rt.usd.transforms import BAD_TRANSFORM
+from warp_rt.usd.sources import MeshSource, Source
 
 
 @dataclass(frozen=True)
@@ -50,14 +49,6 @@ class Gprims:
         """Return which rows have a mesh with a primvar of that name: bool, shape [k]."""
         of_mesh = np.array([name in names for names in self.primvars] or [False])
         return of_mesh[self.mesh[rows]]
-
-
-@dataclass(frozen=True)
-class _Source:
-    """A prim whose geometry is read, for all who share it."""
-
-    prim: Usd.Prim
-    skin: Skin | None
 
 
 class _Listed(NamedTuple):
@@ -99,22 +90,27 @@ class GprimReader:
         self._report = report
         self._level = level
         self._displacements = DisplacementReader(materials, report, level)
+        self._authored = AuthoredReader()
         self._listed: list[_Listed] = []
-        self._sources: list[_Source | Shape | StandIn] = []
+        self._sources: list[Source | Shape | StandIn] = []
         self._rows: dict[object, int] = {}
         """Row of the source with a certain key."""
 
-    def add(self, prim: Usd.Prim, context: Context, skin: Skin | None) -> int:
+    def add(self, prim: Usd.Prim, context: Context, authored: Authored, skin: Skin | None) -> int:
         """List a prim of one of ``geometry.TYPES``; return its row.
 
         Args:
             prim: The prim.
             context: What its children have from it.
+            authored: What it authors.
             skin: Deforms it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
         shared = prim.GetPrimInPrototype() if skin is None and prim.IsInstanceProxy() else prim
-        return self._add(prim, shared.GetPath(), _Source(prim, skin), context)
+        times = (self._time, None)
+        if "velocities" in authored.names:
+            times = read_times(prim, self._time, self._base_time)
+        return self._add(prim, shared.GetPath(), Source(prim, authored, skin, *times), context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
@@ -128,7 +124,7 @@ class GprimReader:
         self,
         prim: Usd.Prim,
         key: object,
-        source: _Source | Shape | StandIn,
+        source: Source | Shape | StandIn,
         context: Context,
         materials: tuple[int, ...] = (),
     ) -> int:
@@ -140,7 +136,7 @@ class GprimReader:
 
     def read(self) -> Gprims:
         """Return the listed prims' geometry and materials."""
-        sources = [self._read_source(source) for source in self._sources]
+        sources = self._read_sources()
         mesh, prim, materials = np.full((3, len(self._listed)), -1, np.int32)
         meshes: dict[tuple[object, ...], int] = {}
         drawn: list[Mesh | Shapes] = []
@@ -170,28 +166,27 @@ class GprimReader:
         )
 
     def _move(self, listed: _Listed, source: MeshSource, materials: tuple[int, ...]) -> Move | None:
-        is_source = isinstance(self._sources[listed.source], _Source)
+        is_source = isinstance(self._sources[listed.source], Source)
         return self._displacements.read(listed.prim, source.mesh, is_source, materials, listed.context.constants)
 
-    def _read_source(self, source: _Source | Shape | StandIn) -> MeshSource | None:
-        if isinstance(source, Shape):
-            return MeshSource(make_shape(source.key))
-        if isinstance(source, StandIn):
-            return MeshSource(source.geometry)
-        try:
-            time, carried_to = read_times(source.prim, self._time, self._base_time)
-            return read_geometry(
-                source.prim, time, self._report, skin=source.skin, level=self._level, carried_to=carried_to
-            )
-        except Tf.ErrorException as error:
-            self._report.warn(BAD_TRANSFORM, source.prim.GetPath(), f"left out: {error_text(error)}")
-            return None
+    def _read_sources(self) -> list[MeshSource | None]:
+        rows = [row for row, source in enumerate(self._sources) if isinstance(source, Source)]
+        held = [source for source in self._sources if isinstance(source, Source)]
+        found = dict(zip(rows, read_geometry(held, self._report, self._level), strict=True))
+        for row, source in enumerate(self._sources):
+            if isinstance(source, Shape):
+                found[row] = MeshSource(make_shape(source.key))
+            elif isinstance(source, StandIn):
+                found[row] = MeshSource(source.geometry)
+        return [found[row] for row in range(len(self._sources))]
 
     def _bind(self, listed: _Listed, source: MeshSource) -> tuple[int, ...]:
         """Return the materials of a mesh's slots."""
         rows = [self._materials.bind(listed.prim, listed.context.bindings)]
         for name in source.subsets:
             subset = listed.prim.GetChild(name)
-            said = extend_bindings(listed.context.bindings, subset, subset.GetAuthoredPropertyNames())
+            said = extend_bindings(
+                listed.context.bindings, subset, self._authored.read(subset, has_clips=False).bindings
+            )
             rows.append(self._materials.bind(subset, said))
         return tuple(rows)

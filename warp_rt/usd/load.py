@@ -20,10 +20,10 @@ from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
-from warp_rt.usd.mesh import MAX_COORDINATE
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.motion import without_idle_shutters
 from warp_rt.usd.placement import Group
+from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
     captured_warnings,

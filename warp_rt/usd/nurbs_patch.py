@@ -21,23 +21,16 @@ from warp_rt.splines.pieces import Pieces, find_pieces
 from warp_rt.splines.tessellation import Tessellation, count_steps, tessellate
 from warp_rt.usd.arrays import doubles
 from warp_rt.usd.attribute_values import AttributeReader, shown
-from warp_rt.usd.mesh import (
-    BAD_POINT,
-    EMPTY,
-    INVALID_VALUE,
-    MAX_COORDINATE,
-    ORIENTATIONS,
-    MeshSource,
-    encloses_volume,
-    read_normals,
-    repair_normals,
-)
+from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, read_normals, repair_normals
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.polygons import BAD_POINT, MAX_COORDINATE
 from warp_rt.usd.primvars import read_primvars
 from warp_rt.usd.skinning import Skin, pose
+from warp_rt.usd.sources import MeshSource
 from warp_rt.usd.subdivision import MAX_FACES
 from warp_rt.usd.subsets import read_face_slots
 from warp_rt.usd.trim_curves import read_regions
+from warp_rt.usd.volumes import encloses_volume
 
 BAD_PATCH = "W141"
 

@@ -16,24 +16,14 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh
 from warp_rt.usd.arrays import integer_rows
 from warp_rt.usd.attribute_values import AttributeReader
-from warp_rt.usd.mesh import (
-    BAD_INDEX,
-    BAD_TOPOLOGY,
-    EMPTY,
-    INVALID_VALUE,
-    MAX_COORDINATE,
-    ORIENTATIONS,
-    MeshSource,
-    drawable_polygons,
-    encloses_volume,
-    pose_normals,
-    read_normals,
-    repair_normals,
-)
+from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, pose_normals, read_normals, repair_normals
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.polygons import BAD_INDEX, BAD_TOPOLOGY, MAX_COORDINATE, drawable_polygons
 from warp_rt.usd.primvars import Layout, read_primvars
 from warp_rt.usd.skinning import Skin, pose
+from warp_rt.usd.sources import MeshSource
 from warp_rt.usd.subsets import FaceGroups, read_face_slots
+from warp_rt.usd.volumes import encloses_volume
 
 # The corners of a tetrahedron's triangles, counter-clockwise seen from outside where the orientation is right-handed.
 _SIDES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,14 +42,14 @@ class TransformReader:
         self._cache = UsdGeom.XformCache(time)
         self._report = report
 
-    def read(self, prim: Usd.Prim, properties: Sequence[str]) -> LocalTransform | None:
+    def read(self, prim: Usd.Prim, names: Set[str]) -> LocalTransform | None:
         """Return the transform of a prim; None, with a diagnostic, where nothing below it could be drawn.
 
         Args:
             prim: An Xformable.
-            properties: Names of its properties.
+            names: Of its properties.
         """
-        self._check_operations(prim, properties)
+        self._check_operations(prim, names)
         local, resets = self._cache.GetLocalTransformation(prim)
         matrix = np.array(local).T
         if not is_regular(matrix[None])[0]:
@@ -58,7 +58,7 @@ class TransformReader:
             return None
         return LocalTransform(matrix, resets, is_identity=local == _IDENTITY)
 
-    def _check_operations(self, prim: Usd.Prim, properties: Sequence[str]) -> None:
+    def _check_operations(self, prim: Usd.Prim, names: Set[str]) -> None:
         """Report entries of ``xformOpOrder`` that USD passes over because there is no such operation."""
         order = prim.GetAttribute("xformOpOrder").Get()
         if order is None:
@@ -67,9 +67,10 @@ class TransformReader:
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"not moved: xformOpOrder is {shown(order)}")
             return
         for index in range(len(order)):  # a Vt array's own iterator takes ten times as long
-            name = order[index]
-            if name not in properties and name != _RESET and name.removeprefix("!invert!") not in properties:
-                self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {name}, which it does not have")
+            operation = order[index]
+            if operation in names or operation == _RESET or operation.removeprefix("!invert!") in names:
+                continue
+            self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {operation}, which it does not have")
 
 
 def is_regular(matrices: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.usd import geometry, implicit
 from warp_rt.usd.attribute_values import AttributeReader, shown
+from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.context import SHOWN, Context, hand_down
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
@@ -92,6 +93,7 @@ class StageWalk:
         self._transforms = TransformReader(time, report)
         self._skins = SkinReader(time, report)
         self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
+        self._authored = AuthoredReader()
         self._traits: dict[str, TypeTraits] = {}
         self._nesting = 0
         self._visited = 0
@@ -138,10 +140,10 @@ class StageWalk:
         if traits is None:
             traits = self._traits[kind] = read_traits(prim)
         has_clips = above.has_clips or prim.HasAuthoredMetadata("clips")
-        properties = prim.GetPropertyNames() if has_clips else prim.GetAuthoredPropertyNames()
-        if traits.is_imageable and "visibility" in properties and self._is_invisible(prim):
+        authored = self._authored.read(prim, has_clips)
+        if traits.is_imageable and "visibility" in authored.names and self._is_invisible(prim):
             return None
-        here = self._place(prim, traits, above, properties, builder)
+        here = self._place(prim, traits, above, authored, builder)
         if here is None:
             return None
         if has_clips != above.has_clips:
@@ -170,28 +172,28 @@ class StageWalk:
             self.render_prims.append(str(prim.GetPath()))
         elif not traits.is_known:
             self._report.warn(UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: left out")
-        passed_on = hand_down(prim, here, properties, self._time, self._report)
+        passed_on = hand_down(prim, here, authored, self._time, self._report)
         if kind == "PointInstancer":
             if self._is_shown(here):
                 self._prototypes.add_point_instances(prim, passed_on, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
         if traits.is_boundable and self._is_shown(here):
-            self._draw(prim, kind, here, passed_on, builder)
+            self._draw(prim, authored, here, passed_on, builder)
         if prim.IsInstance():
             self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
             return None
         return passed_on
 
     def _place(
-        self, prim: Usd.Prim, traits: TypeTraits, above: Context, properties: Sequence[str], builder: GroupBuilder
+        self, prim: Usd.Prim, traits: TypeTraits, above: Context, authored: Authored, builder: GroupBuilder
     ) -> Context | None:
         """Return the context with a prim's own transform and purpose; None where nothing can be drawn."""
         here = above
-        if traits.is_imageable and "purpose" in properties and prim.GetAttribute("purpose").HasAuthoredValue():
+        if traits.is_imageable and "purpose" in authored.names and prim.GetAttribute("purpose").HasAuthoredValue():
             attributes = AttributeReader(prim, self._time, INVALID_VALUE, self._report)
             here = replace(here, purpose=attributes.token("purpose", above.purpose, _PURPOSES))
-        if traits.is_xformable and "xformOpOrder" in properties:
-            local = self._transforms.read(prim, properties)
+        if traits.is_xformable and "xformOpOrder" in authored.names:
+            local = self._transforms.read(prim, authored.names)
             if local is None:
                 return None
             if local.resets:
@@ -201,17 +203,22 @@ class StageWalk:
                 here = replace(here, matrix=above.matrix @ local.matrix)
         return here
 
-    def _draw(self, prim: Usd.Prim, kind: str, here: Context, passed_on: Context, builder: GroupBuilder) -> None:
+    def _draw(
+        self, prim: Usd.Prim, authored: Authored, here: Context, passed_on: Context, builder: GroupBuilder
+    ) -> None:
         """Add a prim's geometry to the group, if it has any."""
+        kind = prim.GetTypeName()
         if kind in geometry.TYPES:
             skin = self._read_skin(prim) if here.is_skinned else None
-            row = self._gprims.add(prim, passed_on, skin)
+            row = self._gprims.add(prim, passed_on, authored, skin)
             builder.add_gprim(row, _posed(here.matrix, skin), here.constants)
         elif kind in implicit.TYPES:
             shape = implicit.read_shape(prim, self._time, self._report)
             if shape is not None:
                 row = self._gprims.add_shape(prim, passed_on, shape)
-                values = {**here.constants, **read_constants(prim, self._time, self._report)}
+                values = here.constants
+                if authored.primvars:
+                    values = {**values, **read_constants(prim, self._time, self._report)}
                 posed = _posed(here.matrix, self._read_skin(prim) if here.is_skinned else None)
                 builder.add_gprim(row, posed @ shape.local_from_unit, values)
         elif kind not in _NOT_GEOMETRY and not is_light(prim):

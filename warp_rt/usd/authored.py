@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a prim authors: asked once, so that nothing is asked for that is not there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pxr import Usd
+
+_BINDINGS = ("material:binding", "skel:skeleton", "skel:animationSource")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Authored:
+    """Names of a prim's properties that may have values."""
+
+    names: frozenset[str]
+    primvars: tuple[str, ...]
+    """Those of primvars."""
+    bindings: tuple[str, ...]
+    """Those of relationships that hold for all prims below."""
+
+
+class AuthoredReader:
+    """Reads what prims author; those that author the same share one record, for there are few kinds of prims."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, ...], Authored] = {}
+
+    def read(self, prim: Usd.Prim, has_clips: bool) -> Authored:
+        """Return what a prim authors.
+
+        Args:
+            prim: The prim.
+            has_clips: Whether value clips may hold values of the schema's properties that no layer names.
+        """
+        names = tuple(prim.GetPropertyNames() if has_clips else prim.GetAuthoredPropertyNames())
+        authored = self._known.get(names)
+        if authored is None:
+            authored = self._known[names] = Authored(
+                frozenset(names),
+                tuple(name for name in names if name.startswith("primvars:")),
+                tuple(name for name in names if name.startswith(_BINDINGS)),
+            )
+        return authored
