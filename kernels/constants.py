@@ -227,6 +227,19 @@ MIRROR_FADE_START = wp.constant(0.1)
 MIRROR_FADE_END = wp.constant(0.4)
 """Roughness from which no mirror ray is sent: the lobe is wider than 20 degrees."""
 
+ALBEDO_ROWS = wp.constant(17)
+"""Roughnesses of the table of specular albedos, and"""
+
+ALBEDO_COLUMNS = wp.constant(33)
+"""cosines: interpolated, it is off by less than 0.001 where mirror rays do not carry the lobe."""
+
+DIFFUSE_LOSS = wp.constant(0.028)
+"""What Fresnel's factor takes of a diffuse layer seen edge-on, by F90 - F0: the mean of (1 - V.H)^5."""
+
+GRAZING_FADE = wp.constant(50.0)
+"""F90 is at most so many times F0: all of it from F0 = 0.02, an index of refraction of 1.33, on. What has an index of 1
+reflects nothing at any angle. Reference: Lagarde and de Rousiers (2014), Moving Frostbite to PBR, section 3.2."""
+
 # --- lights
 
 CYLINDER_FACETS = wp.constant(6)
@@ -252,3 +265,6 @@ the light's own surface, does not."""
 
 GLOSS_SHARE = wp.constant(0.5)
 """Part of a light's samples that goes where a surface mirrors the viewer, if it does nothing else."""
+
+IMAGE_SHARE = wp.constant(0.5)
+"""Part of the samples of a dome with an image that goes where it is bright; the rest goes by the cosine."""

@@ -150,9 +150,9 @@ def cone_factor(light: LightData, cos_axis: float) -> wp.vec3:
 
 @wp.func
 def sphere_irradiance(distance: float, radius: float) -> float:
-    """Return the irradiance of a surface facing a sphere of radiance 1: pi r^2 / d^2, and pi inside it."""
+    """Return the irradiance of a surface facing a sphere of radiance 1: pi r^2 / d^2; 0 within, where it sends none."""
     if distance <= radius:
-        return wp.pi
+        return 0.0
     return wp.pi * radius * radius / (distance * distance)
 
 
@@ -161,7 +161,8 @@ def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
     """Return the vector irradiance from a capless cylinder of radiance 1: the sum over flat facets of its lit side.
 
     Uniform radiance depends on the silhouette alone. The facets run between the two tangent lines, so the sides of the
-    silhouette are exact, and only the arcs at its ends are made of ``CYLINDER_FACETS`` straight pieces.
+    silhouette are exact; only the arcs at its ends are made of ``CYLINDER_FACETS`` straight pieces, whose inner corners
+    stand out so far that they enclose the arc's area.
     """
     axial = wp.dot(to_center, light.axis_x)
     radial = to_center - light.axis_x * axial
@@ -174,10 +175,17 @@ def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
     half_x = light.axis_x * light.half_width
     arc = wp.acos(light.radius / d)
     result = zero
+    # Corners at x radii, the outermost two at 1: (n - 2) x^2 + 2 x = n a / sin a, a being the angle of a facet.
+    inner = float(CYLINDER_FACETS) - 2.0
+    step = 2.0 * arc / float(CYLINDER_FACETS)
+    whole = float(CYLINDER_FACETS) * step / wp.max(wp.sin(step), 1.0e-12)
+    out = (wp.sqrt(1.0 + inner * whole) - 1.0) / inner
     previous = toward * wp.cos(arc) - side * wp.sin(arc)
     for k in range(CYLINDER_FACETS):
         angle = arc * (2.0 * float(k + 1) / float(CYLINDER_FACETS) - 1.0)
         edge = toward * wp.cos(angle) + side * wp.sin(angle)
+        if k < CYLINDER_FACETS - 1:
+            edge = edge * out
         result += rect_irradiance(to_center + 0.5 * (previous + edge), half_x, 0.5 * (edge - previous))
         previous = edge
     return result
@@ -208,6 +216,8 @@ def sample_light(light: LightData, position: wp.vec3) -> LightSample:
             amount = wp.pi * light.radius * light.radius / (distance * distance)
     elif light.kind == KIND_SPHERE:
         amount = sphere_irradiance(distance, light.radius)
+        if amount == 0.0:
+            s.wi = wp.vec3(0.0, 0.0, 0.0)
     else:
         flux = wp.vec3(0.0, 0.0, 0.0)
         if light.kind == KIND_CYLINDER:

@@ -4,13 +4,14 @@
 
 import warp as wp
 
-from .constants import MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .albedo import diffuse_albedo, specular_albedo
+from .constants import GRAZING_FADE, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
 from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
 from .structs import InputData, MaterialData, SceneData
 from .surface import Surface, eval_primvar, surface_tangents
 from .texture import eval_texture
-from .vector import face_forward, fresnel_schlick, refraction_discriminant
+from .vector import face_forward, fresnel_schlick, max_component, refraction_discriminant
 
 MODEL_WHITTED = wp.constant(0)
 MODEL_PREVIEW = wp.constant(1)
@@ -76,7 +77,8 @@ class Shading:
     kr: wp.vec3
     kt: wp.vec3
     gloss: wp.vec3
-    """Specular reflectance that mirror rays do not carry, the surface being too rough: what a dome adds by its blur."""
+    """Share of light from all around that specular lobes reflect and mirror rays do not carry, the surface being too
+    rough: what a dome adds by its blur."""
     eta: wp.float32
     """n_incoming / n_outgoing for a ray that goes on through the surface; 1: straight."""
 
@@ -216,6 +218,9 @@ def eval_preview(
     Kr is Schlick's Fresnel reflectance of base and clearcoat, each times ``mirror_share`` of its roughness;
     Kt is (1 - opacity) (1 - Fresnel) in opacityMode transparent.
 
+    The specification adds its lobes up, and seen at a grazing angle they can send out more than arrives. Where they do,
+    and only there, a lower one gets what those above leave: the base by the coat, the diffuse layer by both.
+
     Reference: UsdPreviewSurface Specification 2.6.
     """
     s = Shading()
@@ -248,14 +253,16 @@ def eval_preview(
     if material.use_specular_workflow == 0:
         s.specular_grazing = one + (color - one) * metallic
         s.diffuse = s.diffuse * (1.0 - metallic)
+    # Exact Fresnel reflectance is 0 at all angles where it is 0 head on; Schlick's would still be 1 at grazing ones.
+    s.specular_grazing = s.specular_grazing * wp.min(GRAZING_FADE * max_component(s.specular), 1.0)
     s.ambient = s.diffuse * input_float(scene, surface, _OCCLUSION)
     s.emission = input_vec3(scene, surface, _EMISSIVE)
     s.alpha = roughness * roughness
-    s.coat = wp.max(input_float(scene, surface, _COAT), 0.0)
-    coat_roughness = wp.max(input_float(scene, surface, _COAT_ROUGHNESS), ROUGHNESS_MIN)
-    s.coat_alpha = coat_roughness * coat_roughness
     r = (1.0 - ior) / (1.0 + ior)
     s.coat_f0 = r * r
+    s.coat = wp.clamp(input_float(scene, surface, _COAT), 0.0, 1.0) * wp.min(GRAZING_FADE * s.coat_f0, 1.0)
+    coat_roughness = wp.max(input_float(scene, surface, _COAT_ROUGHNESS), ROUGHNESS_MIN)
+    s.coat_alpha = coat_roughness * coat_roughness
     s.has_local = 1
 
     is_closed = scene.meshes[surface.mesh].is_closed
@@ -264,14 +271,39 @@ def eval_preview(
     if s.eta > 1.0 and opacity < 1.0:
         # From inside, Schlick's formula takes the angle on the thin side; beyond the critical angle it gives F90.
         cos_o = wp.sqrt(wp.max(refraction_discriminant(cos_o, s.eta), 0.0))
-    fresnel = fresnel_schlick(s.specular, s.specular_grazing, cos_o)
-    coat_fresnel = s.coat * (s.coat_f0 + (1.0 - s.coat_f0) * wp.pow(1.0 - cos_o, 5.0))
     share = mirror_share(roughness)
     coat_share = mirror_share(coat_roughness)
+    coat_fresnel = float(0.0)
+    coat_gloss = float(0.0)
+    if s.coat > 0.0:
+        coat_fresnel = s.coat * fresnel_schlick(one * s.coat_f0, one, cos_o)[0]
+        whole = s.coat * specular_albedo(scene.albedo, one * s.coat_f0, one, coat_roughness, cos_o)[0]
+        coat_gloss = whole * (1.0 - coat_share)
+    fresnel = fresnel_schlick(s.specular, s.specular_grazing, cos_o)
+    gloss = specular_albedo(scene.albedo, s.specular, s.specular_grazing, roughness, cos_o) * (1.0 - share)
+    coat_part = coat_fresnel * coat_share + coat_gloss
+    below_coat = at_most(fresnel * share + gloss, one * (1.0 - coat_part))
+    s.specular = wp.cw_mul(s.specular, below_coat)
+    s.specular_grazing = wp.cw_mul(s.specular_grazing, below_coat)
+    fresnel = wp.cw_mul(fresnel, below_coat)
+    gloss = wp.cw_mul(gloss, below_coat)
     s.kr = fresnel * share + one * (coat_fresnel * coat_share)
-    s.gloss = fresnel * (1.0 - share) + one * (coat_fresnel * (1.0 - coat_share))
-    s.kt = (one - fresnel) * (1.0 - opacity)
+    s.gloss = gloss + one * coat_gloss
+    s.kt = wp.max(one * (1.0 - coat_fresnel) - fresnel, one * 0.0) * (1.0 - opacity)
+    diffuse = wp.cw_mul(s.diffuse, diffuse_albedo(s.specular, s.specular_grazing, wp.abs(wp.dot(s.n, wo))))
+    left = wp.max(one - s.kr - s.gloss, one * 0.0) * opacity
+    s.diffuse = wp.cw_mul(s.diffuse, at_most(diffuse, left))
     return s
+
+
+@wp.func
+def at_most(amount: wp.vec3, limit: wp.vec3) -> wp.vec3:
+    """Return the factors, up to 1, that bring an amount down to a limit."""
+    factor = wp.vec3(1.0, 1.0, 1.0)
+    for channel in range(3):
+        if amount[channel] > limit[channel]:
+            factor[channel] = limit[channel] / amount[channel]
+    return factor
 
 
 @wp.func

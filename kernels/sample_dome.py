@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Domes: directions above a surface, in proportion to the cosine."""
+"""Domes: directions above a surface, in proportion to the cosine, and where an image is bright."""
 
 import warp as wp
 
+from .environment import direction_from_latlong, latlong_from_direction
 from .light_direction import LightDirection
 from .sampling import concentric_disk
+from .structs import DomeData, SceneData
 from .vector import perpendicular_frame
 
 
@@ -23,3 +25,80 @@ def sample_cosine(n: wp.vec3, u: wp.vec2) -> LightDirection:
     s.distance = wp.inf
     s.pdf = cosine / wp.pi
     return s
+
+
+@wp.func
+def cosine_pdf(n: wp.vec3, wi: wp.vec3) -> float:
+    """Return the density with which :func:`sample_cosine` gives a unit direction [1/sr]."""
+    return wp.max(wp.dot(n, wi), 0.0) / wp.pi
+
+
+@wp.func
+def cell_above(cells: wp.array[wp.float32], first: int, count: int, u: float) -> int:
+    """Return the first of ``count`` growing sums, the last of which is 1, that is above ``u`` < 1, from 0."""
+    low = int(0)
+    high = count - 1
+    while low < high:
+        middle = (low + high) // 2
+        if cells[first + middle] > u:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@wp.func
+def cell_start(cells: wp.array[wp.float32], first: int, cell: int) -> float:
+    """Return the sum before a cell."""
+    if cell == 0:
+        return 0.0
+    return cells[first + cell - 1]
+
+
+@wp.func
+def sample_dome_image(scene: wp.ref[SceneData], dome: wp.ref[DomeData], u: wp.vec2) -> LightDirection:
+    """Return a direction in proportion to a dome's brightness, all around.
+
+    Args:
+        scene: Has the distribution.
+        dome: With an image.
+        u: Point of the unit square.
+
+    Reference: Pharr, Jakob and Humphreys (2023), Physically Based Rendering, sections A.5.6 and 12.5.1.
+    """
+    rows = dome.cell_rows
+    columns = dome.cell_columns
+    row = cell_above(scene.dome_cells, dome.cells_offset, rows, u[1])
+    below = cell_start(scene.dome_cells, dome.cells_offset, row)
+    share_of_row = scene.dome_cells[dome.cells_offset + row] - below
+    first = dome.cells_offset + rows + row * columns
+    column = cell_above(scene.dome_cells, first, columns, u[0])
+    left = cell_start(scene.dome_cells, first, column)
+    share_of_column = scene.dome_cells[first + column] - left
+    x = (float(column) + (u[0] - left) / share_of_column) / float(columns)
+    y = (float(row) + (u[1] - below) / share_of_row) / float(rows)
+    s = LightDirection()
+    s.wi = direction_from_latlong(dome, wp.vec2(x, y))
+    s.distance = wp.inf
+    s.pdf = cell_pdf(share_of_row * share_of_column * float(rows * columns), y)
+    return s
+
+
+@wp.func
+def cell_pdf(density: float, y: float) -> float:
+    """Return the density [1/sr] of a direction, from that in the image's unit square and its height there."""
+    return density / (2.0 * wp.pi * wp.pi * wp.max(wp.sin(wp.pi * y), 1.0e-6))
+
+
+@wp.func
+def dome_image_pdf(scene: wp.ref[SceneData], dome: wp.ref[DomeData], wi: wp.vec3) -> float:
+    """Return the density with which :func:`sample_dome_image` gives a unit direction [1/sr]."""
+    rows = dome.cell_rows
+    columns = dome.cell_columns
+    st = latlong_from_direction(dome, wi)
+    row = wp.clamp(int(st[1] * float(rows)), 0, rows - 1)
+    column = wp.clamp(int(st[0] * float(columns)), 0, columns - 1)
+    first = dome.cells_offset + rows + row * columns
+    of_row = scene.dome_cells[dome.cells_offset + row] - cell_start(scene.dome_cells, dome.cells_offset, row)
+    of_column = scene.dome_cells[first + column] - cell_start(scene.dome_cells, first, column)
+    return cell_pdf(of_row * of_column * float(rows * columns), st[1])

@@ -11,12 +11,12 @@ Reference: Veach (1997), Robust Monte Carlo Methods for Light Transport Simulati
 
 import warp as wp
 
-from .constants import GLOSS_SHARE
+from .constants import GLOSS_SHARE, IMAGE_SHARE
 from .environment import dome_radiance
 from .light_direction import LightDirection
 from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong
 from .profile import profile_factor
-from .sample_dome import sample_cosine
+from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import light_radiance, meet_extent, sample_extent
 from .structs import SceneData
@@ -39,6 +39,8 @@ class Emitter:
     base_share: wp.float32
     """Part of the samples that goes where the base mirrors the viewer; so too the coat."""
     coat_share: wp.float32
+    reflected: wp.float32
+    """About what the surface reflects of it; 0: nothing, so that it need not be sampled."""
 
 
 @wp.struct
@@ -85,23 +87,65 @@ def dome_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], number: int) -> 
 
 @wp.func
 def share_samples(e: wp.ref[Emitter], shading: wp.ref[Shading], gloss_share: float):
-    """Give the lobes of a UsdPreviewSurface their part of an emitter's samples, by what they reflect.
+    """Give a surface's lobes their part of an emitter's samples, by what they reflect.
 
     Args:
         e: The emitter.
         shading: The surface.
         gloss_share: Part that specular lobes get where nothing is diffuse.
     """
+    diffuse = e.diffuse * max_component(shading.diffuse)
     if shading.model != MODEL_PREVIEW:
+        e.reflected = diffuse + e.base * max_component(shading.specular)
         return
     cosine = wp.dot(shading.n, shading.wo)
     base = e.base * max_component(fresnel_schlick(shading.specular, shading.specular_grazing, cosine))
     grazing = wp.vec3(1.0, 1.0, 1.0)
     coat = e.coat * shading.coat * fresnel_schlick(grazing * shading.coat_f0, grazing, cosine)[0]
-    whole = base + coat + e.diffuse * max_component(shading.diffuse)
+    e.reflected = base + coat + diffuse
     if base + coat > 0.0:
-        e.base_share = gloss_share * base / whole
-        e.coat_share = gloss_share * coat / whole
+        e.base_share = gloss_share * base / e.reflected
+        e.coat_share = gloss_share * coat / e.reflected
+
+
+@wp.func
+def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, row: int, u: wp.vec2) -> LightDirection:
+    """Return a direction to a light, or to a dome: that by the cosine, or by where its image is bright.
+
+    Args:
+        scene: Lights and domes.
+        n: Unit normal of the surface.
+        position: On it.
+        row: Of the emitter.
+        u: Point of the unit square.
+    """
+    if row < scene.light_count:
+        return sample_extent(scene.lights[row], position, u)
+    dome = scene.domes[row - scene.light_count]
+    if dome.cells_offset < 0:
+        return sample_cosine(n, u)
+    if u[0] < IMAGE_SHARE:
+        s = sample_dome_image(scene, dome, wp.vec2(u[0] / IMAGE_SHARE, u[1]))
+        s.pdf = IMAGE_SHARE * s.pdf + (1.0 - IMAGE_SHARE) * cosine_pdf(n, s.wi)
+        return s
+    s = sample_cosine(n, wp.vec2((u[0] - IMAGE_SHARE) / (1.0 - IMAGE_SHARE), u[1]))
+    s.pdf = (1.0 - IMAGE_SHARE) * s.pdf + IMAGE_SHARE * dome_image_pdf(scene, dome, s.wi)
+    return s
+
+
+@wp.func
+def meet_emitter(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, row: int, wi: wp.vec3) -> LightDirection:
+    """Return what :func:`sample_where_it_is` makes of a unit direction that comes from elsewhere."""
+    if row < scene.light_count:
+        return meet_extent(scene.lights[row], position, wi)
+    dome = scene.domes[row - scene.light_count]
+    s = LightDirection()
+    s.wi = wi
+    s.distance = wp.inf
+    s.pdf = cosine_pdf(n, wi)
+    if dome.cells_offset >= 0:
+        s.pdf = (1.0 - IMAGE_SHARE) * s.pdf + IMAGE_SHARE * dome_image_pdf(scene, dome, wi)
+    return s
 
 
 @wp.func
@@ -118,43 +162,33 @@ def sample_emitter(
         u: Point of the unit square.
     """
     s = EmitterSample()
-    is_dome = e.row >= scene.light_count
-    gloss = e.base_share + e.coat_share
+    own = 1.0 - e.base_share - e.coat_share
     d = LightDirection()
-    if u[0] < 1.0 - gloss:
-        v = wp.vec2(u[0] / (1.0 - gloss), u[1])
-        if is_dome:
-            d = sample_cosine(shading.n, v)
-        else:
-            d = sample_extent(scene.lights[e.row], position, v)
+    if u[0] < own:
+        d = sample_where_it_is(scene, shading.n, position, e.row, wp.vec2(u[0] / own, u[1]))
     else:
-        rest = u[0] - (1.0 - gloss)
+        rest = u[0] - own
         is_coat = rest >= e.base_share
         rest = (rest - e.base_share) / e.coat_share if is_coat else rest / e.base_share
         alpha = shading.coat_alpha if is_coat else shading.alpha
         wi = sample_ggx(shading.n, shading.wo, alpha, wp.vec2(wp.min(rest, 1.0), u[1]))
-        if is_dome:
-            d.wi = wi
-            d.distance = wp.inf
-            d.pdf = wp.max(wp.dot(shading.n, wi), 0.0) / wp.pi
-        else:
-            d = meet_extent(scene.lights[e.row], position, wi)
+        d = meet_emitter(scene, shading.n, position, e.row, wi)
     if d.pdf <= 0.0 or wp.dot(shading.n, d.wi) <= 0.0:
         return s
-    pdf = d.pdf * (1.0 - gloss)
+    pdf = d.pdf * own
     if e.base_share > 0.0:
         pdf += e.base_share * ggx_pdf(shading.n, shading.wo, shading.alpha, d.wi)
     if e.coat_share > 0.0:
         pdf += e.coat_share * ggx_pdf(shading.n, shading.wo, shading.coat_alpha, d.wi)
     s.wi = d.wi
     s.distance = d.distance
-    if is_dome:
-        s.irradiance = dome_radiance(scene, scene.domes[e.row - scene.light_count], d.wi) / pdf
-    else:
+    if e.row < scene.light_count:
         s.irradiance = light_radiance(scene.lights[e.row], d.wi) / pdf
         profile = scene.lights[e.row].profile
         if profile >= 0:
             s.irradiance = s.irradiance * profile_factor(scene, profile, d.wi)
+    else:
+        s.irradiance = dome_radiance(scene, scene.domes[e.row - scene.light_count], d.wi) / pdf
     return s
 
 

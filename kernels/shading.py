@@ -4,12 +4,13 @@
 
 import warp as wp
 
+from .albedo import diffuse_albedo
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_END, SHADOW_LIMIT
 from .environment import dome_irradiance
 from .light import sample_light
-from .material import MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
+from .material import MODEL_PREVIEW, MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
 from .observer import Observer, observed
 from .profile import profile_factor
 from .ray_counts import count_shadow
@@ -155,8 +156,10 @@ def sampled_illumination(
     Each has a shadow ray of its own. Samples of the light and of the pixel go through one (0, 2)-sequence, so that they
     are stratified together; its order and digits are scrambled for each pixel, ray of the tree and light.
     """
-    own_key = branch_key(key, emitter.row + LIGHT_BRANCH)
     result = wp.vec3(0.0, 0.0, 0.0)
+    if emitter.reflected <= 0.0:
+        return result
+    own_key = branch_key(key, emitter.row + LIGHT_BRANCH)
     tell_samples(observer)
     for k in range(frame.light_samples):
         index = shuffle_index(wp.uint32(sample * frame.light_samples + k), own_key)
@@ -253,6 +256,9 @@ def local_illumination(
             )
             continue
         diffuse = wp.cw_mul(shading.diffuse, dome_irradiance(scene, dome, shading.n)) * (dome.diffuse / wp.pi)
+        if shading.model == MODEL_PREVIEW:
+            cosine = wp.dot(shading.n, shading.wo)
+            diffuse = wp.cw_mul(diffuse, diffuse_albedo(shading.specular, shading.specular_grazing, cosine))
         glossy = wp.vec3(0.0, 0.0, 0.0)
         result += diffuse
         if max_component(shading.gloss) > 0.0:

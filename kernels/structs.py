@@ -200,6 +200,10 @@ class DomeData:
     is_visible: wp.int32
     irradiance_offset: wp.int32
     """First entry of its irradiance map in ``SceneData.irradiance``; -1: constant, pi * radiance."""
+    cells_offset: wp.int32
+    """First entry of its distribution in ``SceneData.dome_cells``; -1: constant."""
+    cell_rows: wp.int32
+    cell_columns: wp.int32
     diffuse: wp.float32
     specular: wp.float32
     receivers: wp.int32
@@ -252,6 +256,10 @@ class SceneData:
     dome_links: wp.array[wp.uint32]
     """As ``links``, of the domes."""
     irradiance: wp.array[wp.vec3]
+    albedo: wp.array[wp.vec2]
+    """Table of what specular lobes reflect, for ``albedo.specular_albedo``."""
+    dome_cells: wp.array[wp.float32]
+    """Of each dome with an image cumulative brightness: of its rows, the lowest first, then of each row's columns."""
 
 
 @wp.struct

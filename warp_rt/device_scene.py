@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device_lights import light_record, unit_axes
-from warp_rt.dome import irradiance_map
+from warp_rt.dome import bright_cells, irradiance_map
 from warp_rt.image_pyramid import coarser_levels
 from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
@@ -35,10 +35,13 @@ from warp_rt.scene import (
     Scene,
     Shapes,
 )
+from warp_rt.specular_albedo import specular_albedo
 from warp_rt.srgb import linear_from_srgb
 
 _INPUT_ROWS = {MaterialModel.WHITTED: WHITTED_INPUTS, MaterialModel.PREVIEW: PREVIEW_INPUTS}
 """Order of a material's inputs on the device."""
+_MOST_CELLS = (512, 1024)
+"""Rows and columns by which domes are sampled: a third of a degree, smaller than the sun; 2 MB."""
 _NORMALS = ""  # name of slot 0, which no primvar can have
 
 
@@ -56,7 +59,12 @@ class DeviceScene:
 
 
 def upload_scene(
-    scene: Scene, *, device: str, placement: Placement | None = None, texture_filter: str = TEXTURE_FILTERS[0]
+    scene: Scene,
+    *,
+    device: str,
+    placement: Placement | None = None,
+    texture_filter: str = TEXTURE_FILTERS[0],
+    samples_domes: bool = False,
 ) -> DeviceScene:
     """Return ``scene`` on a device.
 
@@ -65,6 +73,7 @@ def upload_scene(
         device: Resolved device.
         placement: Coordinates that its hierarchies were built in; None: as ``place_scene`` gives them.
         texture_filter: One of ``TEXTURE_FILTERS``: whether images get pyramids.
+        samples_domes: Whether domes are sampled, for which the brightness of their images is summed up.
     """
     placement = placement or place_scene(scene)
     slots = _primvar_slots(scene)
@@ -74,8 +83,9 @@ def upload_scene(
     _pack_instances(data, pack, scene, placement, slots)
     images = _Images(scene.images, has_pyramids=texture_filter == "anisotropic")
     _pack_materials(data, pack, scene, slots, images)
+    data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
     _pack_lights(data, pack, scene.lights, placement.origin)
-    _pack_domes(data, pack, scene, images)
+    _pack_domes(data, pack, scene, images, samples_domes)
     images.pack(data, pack)
     return DeviceScene(data, device, placement.origin, pack.bytes)
 
@@ -326,26 +336,37 @@ def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.n
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
 
 
-def _pack_domes(data: Any, pack: _Packer, scene: Scene, images: _Images) -> None:
+def _pack_domes(data: Any, pack: _Packer, scene: Scene, images: _Images, samples_domes: bool) -> None:
     maps: list[np.ndarray] = []
+    cells: list[np.ndarray] | None = [] if samples_domes else None
     links = LinkTable()
     records = [
-        _dome_record(dome, scene, images, maps) | {"receivers": links.add(dome.receivers)} for dome in scene.domes
+        _dome_record(dome, scene, images, maps, cells) | {"receivers": links.add(dome.receivers)}
+        for dome in scene.domes
     ]
     data.domes = pack.records(structs.DomeData, records)
     data.dome_count = len(scene.domes)
     data.dome_links = pack.array(links.words(), wp.uint32)
     data.irradiance = pack.chunks(maps, wp.vec3, (3,), np.float32)
+    data.dome_cells = pack.chunks(cells or [], wp.float32, (), np.float32)
 
 
-def _dome_record(dome: Dome, scene: Scene, images: _Images, maps: list[np.ndarray]) -> dict[str, Any]:
+def _dome_record(
+    dome: Dome, scene: Scene, images: _Images, maps: list[np.ndarray], cells: list[np.ndarray] | None
+) -> dict[str, Any]:
     axes, _ = unit_axes(dome.world_from_light)
-    offset = -1
+    offset = cells_offset = -1
+    rows = columns = 0
     if dome.image >= 0:
+        pixels = scene.images[dome.image].pixels
         offset = sum(len(m) for m in maps)
         size = (int(IRRADIANCE_HEIGHT), int(IRRADIANCE_WIDTH))
-        irradiance = irradiance_map(scene.images[dome.image].pixels, is_srgb=dome.is_srgb, size=size)
+        irradiance = irradiance_map(pixels, is_srgb=dome.is_srgb, size=size)
         maps.append((irradiance * dome.radiance).reshape(-1, 3))
+        if cells is not None:
+            cells_offset = sum(len(c) for c in cells)
+            sums, rows, columns = bright_cells(pixels, is_srgb=dome.is_srgb, size=_MOST_CELLS)
+            cells.append(sums)
     return {
         "axis_x": axes[0],
         "axis_y": axes[1],
@@ -354,6 +375,9 @@ def _dome_record(dome: Dome, scene: Scene, images: _Images, maps: list[np.ndarra
         "image": images.row(dome.image, is_srgb=dome.is_srgb),
         "is_visible": dome.is_visible,
         "irradiance_offset": offset,
+        "cells_offset": cells_offset,
+        "cell_rows": rows,
+        "cell_columns": columns,
         "diffuse": dome.diffuse,
         "specular": dome.specular,
     }

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a dome light sends to diffuse surfaces: its image, blurred by the cosine."""
+"""What is made of a dome's image: the irradiance of diffuse surfaces, and where samples of it go."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from warp_rt.srgb import linear_from_srgb
+
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear Rec. 709 (ITU-R BT.709)
 
 
 def irradiance_map(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) -> np.ndarray:
@@ -29,6 +31,41 @@ def irradiance_map(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) 
     # Each normal's discrete cosine sum is brought to its exact value pi: a constant environment stays exact.
     cosine *= np.pi / cosine.sum(axis=1, keepdims=True)
     return (cosine @ radiance.reshape(-1, 3)).reshape(rows, columns, 3)
+
+
+def bright_cells(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) -> tuple[np.ndarray, int, int]:
+    """Return how bright the cells of a latitude-longitude environment are, as cumulative sums to sample it by.
+
+    Args:
+        pixels: uint8 or float32, shape [height, width, 4], row 0 at local -Y.
+        is_srgb: Whether the texels are sRGB encoded.
+        size: The most rows and columns that there may be.
+
+    Returns:
+        float32 sums, rows first, then the columns of each row, every list ending with 1; rows; columns. A cell counts
+        by its mean luminance, interpolated as it is shown, and the solid angle that it covers; a black image is as
+        bright everywhere.
+    """
+    radiance, solid_angle = _shrink(_linear(pixels, is_srgb), *size)
+    rows, columns = radiance.shape[:2]
+    luminance = np.maximum(radiance @ _LUMINANCE, 0.0)
+    luminance = np.where(np.isfinite(luminance), luminance, 0.0)
+    weight = _bilinear_means(luminance) * solid_angle
+    if not weight.any():
+        weight = solid_angle
+    of_rows = weight.sum(axis=1)
+    # A black row is never sampled, but needs sums that end with 1.
+    weight[of_rows == 0] = 1.0
+    sums = [np.cumsum(of_rows), *np.cumsum(weight, axis=1)]
+    return np.concatenate([one / one[-1] for one in sums]).astype(np.float32), rows, columns
+
+
+def _bilinear_means(cells: np.ndarray) -> np.ndarray:
+    """Return the means over cells of what is interpolated between their centres: a bright cell shines beyond itself."""
+    beside = np.roll(cells, 1, axis=1) + np.roll(cells, -1, axis=1)
+    cells = 0.75 * cells + 0.125 * beside
+    above, below = np.vstack([cells[1:], cells[-1:]]), np.vstack([cells[:1], cells[:-1]])
+    return 0.75 * cells + 0.125 * (above + below)
 
 
 def _linear(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:

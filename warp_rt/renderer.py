@@ -101,6 +101,7 @@ class Renderer:
                 device=self.device,
                 placement=self.accel.placement,
                 texture_filter=self.options.texture_filter,
+                samples_domes=bool(self.options.light_samples),
             )
 
     def _refit(self, previous: Renderer | None) -> Accel | None:

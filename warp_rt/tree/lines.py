@@ -237,11 +237,11 @@ def _terms(light: LightTerm) -> str:
 
 def _coefficients(node: TreeNode, tree: PixelTree) -> list[Line]:
     if not (any(node.kr) or any(node.kt)):
-        fresnel = f" (Fresnel {color(node.fresnel)}, too rough for a mirror ray)" if node.fresnel else ""
+        fresnel = f" (specular {color(node.fresnel)}, too rough for a mirror ray)" if node.fresnel else ""
         return [(0, ((f"Kr = Kt = 0{fresnel}: the branch ends here", "dim"),))]
     text = f"Kr = {color(node.kr)}, Kt = {color(node.kt)}"
     if node.fresnel is not None:
-        text += f", Fresnel {color(node.fresnel)}"
+        text += f", specular {color(node.fresnel)}"
     lines: list[Line] = [(0, ((text, ""),))]
     cosine = min(max(-sum(a * b for a, b in zip(node.normal, node.direction, strict=True)), -1.0), 1.0)
     angle = math.degrees(math.acos(cosine))

@@ -175,7 +175,8 @@ class TreeNode:
     kt: Color
     """Kt of the material."""
     fresnel: Color | None
-    """Fresnel reflectance of a UsdPreviewSurface, of which Kr is the mirror's share; None for constants Kr and Kt."""
+    """What the specular lobes of a UsdPreviewSurface reflect of light from all around, of smooth ones Fresnel's
+    reflectance; Kr is the mirror's share of it. None for constants Kr and Kt."""
     eta: float
     """n_incoming / n_outgoing of a refraction: below 1 the ray enters, above it leaves, at 1 it goes straight on."""
     reflection: Fate
