@@ -131,7 +131,9 @@ def test_fresnel_of_a_preview_surface() -> None:
     a2, c, h = 0.81**2, np.cos(theta), np.cos(theta / 2)
     distribution = a2 / (np.pi * (h * h * (a2 - 1) + 1) ** 2)
     lobe = distribution * (c / (c * (1 - 0.405) + 0.405)) * (0.04 + 0.96 * (1 - h) ** 5) / 4
-    np.testing.assert_allclose(rough.fresnel, 2 * np.pi * (lobe * np.sin(theta)).sum() * np.pi / 8000, rtol=1e-3)
+    # To the promise of ALBEDO_COLUMNS, 0.001 of what a white lobe reflects.
+    expected = 2 * np.pi * (lobe * np.sin(theta)).sum() * np.pi / 8000
+    np.testing.assert_allclose(rough.fresnel, expected, atol=1e-3 * 0.04)
     assert rough.kr == (0.0, 0.0, 0.0)
 
 
