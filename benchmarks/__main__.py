@@ -14,6 +14,7 @@ NAMES = {
     "frame": "CPU seconds of a whole frame, beside POV-Ray and Mitsuba",
     "povray": "pictures and ray counts beside POV-Ray",
     "spd": "ray counts of the Standard Procedural Databases, beside the published ones",
+    "references": "silhouettes beside reference pictures by other renderers",
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
     "scale": "large stages from the file to the first picture: seconds and memory",
     "startup": "whole processes, warm and cold",

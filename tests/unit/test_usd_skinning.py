@@ -129,12 +129,13 @@ def test_instances_have_their_own_pose() -> None:
         prim = stage.DefinePrim(f"/{name}")
         prim.GetReferences().AddInternalReference("/shared")
         prim.SetInstanceable(True)
+    UsdGeom.Xformable(stage.GetPrimAtPath("/curved")).AddTranslateOp(opSuffix="more").Set((0, 0, 7))
     binding = UsdSkel.BindingAPI.Apply(stage.GetPrimAtPath("/curved"))
     binding.CreateAnimationSourceRel().SetTargets(["/bent"])
     scene = load_stage(stage)
     ends = {scene.prims[scene.instances.prim[row]]: world_points(scene, row)[1] for row in range(2)}
     np.testing.assert_allclose(ends["/straight/m"], (2, 5, 0), atol=1e-6)
-    np.testing.assert_allclose(ends["/curved/m"], (1, 6, 0), atol=1e-6)
+    np.testing.assert_allclose(ends["/curved/m"], (1, 6, 7), atol=1e-6)
 
 
 def test_influences_that_do_not_fit_are_told() -> None:

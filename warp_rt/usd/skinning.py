@@ -122,23 +122,25 @@ class SkinReader:
         self._report = report
         self._cache = UsdSkel.Cache()
         self._transforms = UsdGeom.XformCache(time)
-        self._skins: dict[Sdf.Path, tuple[UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery]] = {}
+        self._skins: dict[Sdf.Path, tuple[UsdSkel.Skeleton, UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery]] = {}
 
     def enter(self, prim: Usd.Prim, predicate: object) -> None:
         """Read the bindings below a SkelRoot that is in no other one."""
         root = UsdSkel.Root(prim)
         self._cache.Populate(root, predicate)
         for binding in self._cache.ComputeSkelBindings(root, predicate):
-            skeleton = self._cache.GetSkelQuery(binding.GetSkeleton())
+            bones = binding.GetSkeleton()
+            skeleton = self._cache.GetSkelQuery(bones)
             if skeleton:
-                self._skins |= {query.GetPrim().GetPath(): (skeleton, query) for query in binding.GetSkinningTargets()}
+                targets = binding.GetSkinningTargets()
+                self._skins |= {query.GetPrim().GetPath(): (bones, skeleton, query) for query in targets}
 
     def read(self, prim: Usd.Prim) -> Skin | None:
         """Return how a prim is deformed; None: not at all."""
         found = self._skins.get(prim.GetPath())
         if found is None:
             return None
-        skeleton, query = found
+        bones, skeleton, query = found
         joints = None
         if query.HasJointInfluences():
             joints = skeleton.ComputeSkinningTransforms(self._time)
@@ -146,7 +148,8 @@ class SkinReader:
         if joints is None and not shapes:
             return None
         to_world = self._transforms.GetLocalToWorldTransform
-        local_from_skeleton = to_world(skeleton.GetPrim()) * to_world(prim).GetInverse()
+        # In an instance the skeleton's query knows the prototype's prim, which stands somewhere else.
+        local_from_skeleton = to_world(bones.GetPrim()) * to_world(prim).GetInverse()
         return Skin(self._time, query, shapes, joints, local_from_skeleton)
 
     def _read_shapes(

@@ -1,0 +1,339 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Silhouettes beside reference pictures that other renderers made of the same stages.
+
+    python -m benchmarks references OUT                    all stages whose camera is authored
+    python -m benchmarks references OUT --framed           and those that OpenUSD's programs framed
+    python -m benchmarks references OUT --only test_0202 --only Nurbs
+
+The pairs are those of corpora/references.tsv in the test data (WARP_RT_TEST_DATA): Arnold's of arnold-usd's tests,
+Storm's of OpenUSD's, usdrecord's of usd-wg's assets. Each stage is rendered at its picture's size and frame, by the
+camera, complexity and purposes that its test asked for, with dome lights hidden, and the overlap of both silhouettes is
+
+    IoU = (pixels that both cover) / (pixels that either covers).
+
+A pixel is covered where alpha is above one half, however wide a renderer filters. Of an opaque reference those are
+covered that are not of the background's colour (the one that the test cleared with, else the corners'), which holds
+for any share of a pixel, so that any share counts in ours, too; there is nothing to compare where the corners differ
+from one another, as they do before a dome with a texture. OUT gets references.tsv, the pictures, and sheets that show
+reference, ours and the difference of coverage (red: theirs alone, blue: ours alone), the worst first.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from PIL import Image as PillowImage
+from PIL import ImageDraw
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from warp_rt import Renderer, RenderOptions, Scene
+from warp_rt.api import open_scene
+from warp_rt.errors import WarpRtError
+from warp_rt.image.image import Image
+from warp_rt.options import COMPLEXITIES
+from warp_rt.shutter import render_frame
+
+from .command import make_parser
+from .meshes import find_test_data
+
+GOAL = 0.98
+SAMPLES = 16  # a pixel
+BACKGROUND_STEPS = 3  # 8-bit steps within which a pixel has the background's colour
+CELL, COLUMNS, ROWS, LABEL = (160, 120), 3, 8, 24  # of a sheet: pairs side by side, and one below the other [pixel]
+FRAMING = "/__warp_rt_reference_camera"
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A stage, a picture of it by others, and how that was made."""
+
+    stage: str
+    image: str
+    renderer: str
+    """``arnold``, ``storm``, ``storm framed`` or ``usdrecord framed``."""
+    camera: str = ""
+    """Path; empty: the one that the stage would be seen by."""
+    frame: float | None = None
+    """Time code; None: default values."""
+    complexity: str = "low"
+    purposes: tuple[str, ...] = ("proxy",)
+    policy: str = ""
+    """What gives way where camera and picture differ in aspect; empty: what the render settings say."""
+    background: tuple[float, float, float, float] | None = None
+    """Colour that the picture was cleared with, where the test says so."""
+    translate: tuple[float, float, float] | None = None
+    """Of what OpenUSD's test frames; None: all is framed."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """How well two silhouettes overlap."""
+
+    pair: Pair
+    overlap: float
+    """NaN where there is no picture to compare."""
+    theirs: float
+    """Share of the picture that is covered."""
+    ours: float
+    seconds: float
+    note: str = ""
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Render the stages, write the table and the sheets, and print those below the goal."""
+    parser = make_parser("references", __doc__, rounds=1)
+    parser.add_argument("out", type=Path, help="folder for the table, pictures and sheets")
+    parser.add_argument("--framed", action="store_true", help="also what OpenUSD's programs framed")
+    parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="pictures whose path has TEXT")
+    chosen = parser.parse_args(arguments)
+    table = find_test_data("corpora/references.tsv")
+    if table is None:
+        sys.exit("references: no corpora in the test data: WARP_RT_TEST_DATA names the folder that holds corpora/")
+    corpora = table.parent
+    pairs = [pair for pair in read_pairs(corpora) if chosen.framed or not pair.renderer.endswith("framed")]
+    pairs = [pair for pair in pairs if not chosen.only or any(text in pair.image for text in chosen.only)]
+    (chosen.out / "pictures").mkdir(parents=True, exist_ok=True)
+    results = [compare(corpora, pair, chosen.out / "pictures") for pair in pairs]
+    results.sort(key=lambda result: (not math.isnan(result.overlap), result.overlap))
+    write_table(chosen.out / "references.tsv", results)
+    write_sheets(corpora, chosen.out, results)
+    print(summary(results))
+
+
+# --- what there is
+
+
+def read_pairs(corpora: Path) -> Iterator[Pair]:
+    """Yield the pairs whose camera is known."""
+    with (corpora / "references.tsv").open(newline="", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table, delimiter="\t"))
+    with (corpora / "stages.tsv").open(newline="", encoding="utf-8") as table:
+        has_camera = {row["path"]: row["cams"] not in ("", "0") for row in csv.DictReader(table, delimiter="\t")}
+    for row in rows:
+        pair = None
+        if row["renderer"].startswith("Arnold") and row["class"] != "C" and has_camera.get(row["stage"]):
+            pair = _arnold(row)
+        elif "testUsdImagingGLBasicDrawing" in row["options"]:
+            pair = _storm(row)
+        elif row["renderer"].startswith("usdrecord"):
+            pair = Pair(row["stage"], row["image"], "usdrecord framed", frame=float(row["frame"] or "nan"))
+        if pair is not None:
+            yield pair
+
+
+def _arnold(row: dict[str, str]) -> Pair:
+    """Arnold keeps a camera's horizontal field of view; without a frame it reads frame 0, and it subdivides once."""
+    options = row["options"]
+    camera = re.search(r"-c (\S+?)'", options)
+    return Pair(
+        row["stage"],
+        row["image"],
+        "arnold",
+        camera=camera[1] if camera else "",
+        frame=float(row["frame"] or 0),
+        complexity="medium",
+        purposes=("render",),
+        policy="adjustApertureHeight",
+    )
+
+
+def _storm(row: dict[str, str]) -> Pair:
+    words = row["options"].split()
+    known: dict[str, list[str]] = {}
+    for word in words:
+        if re.fullmatch(r"-[a-zA-Z]+", word):
+            known[word] = []
+        elif known:
+            known[list(known)[-1]].append(word)
+    complexity = row["variant"].removeprefix("complexity ") or (known.get("-complexity") or ["1"])[0]
+    purposes = [
+        purpose
+        for purpose, flag, is_shown in (
+            ("render", "-renderPurpose", "hide"),
+            ("proxy", "-proxyPurpose", "show"),
+            ("guide", "-guidesPurpose", "hide"),
+        )
+        if (known.get(flag) or [is_shown])[0] == "show"
+    ]
+    clear = known.get("-clear")
+    return Pair(
+        row["stage"],
+        row["image"],
+        "storm" if "-camera" in known else "storm framed",
+        camera=known["-camera"][0] if "-camera" in known else "",
+        frame=float(row["frame"]) if row["frame"] else None,
+        complexity=COMPLEXITIES[min(round(10 * (float(complexity) - 1)), len(COMPLEXITIES) - 1)],
+        purposes=tuple(purposes),
+        policy="expandAperture" if known.get("-windowPolicy") == ["fit"] else "adjustApertureWidth",
+        background=tuple(map(float, clear[:4])) if clear else None,
+        translate=tuple(map(float, known["-translate"][:3])) if "-translate" in known else None,
+    )
+
+
+# --- one of them
+
+
+def compare(corpora: Path, pair: Pair, pictures: Path) -> Result:
+    """Render a stage as its reference was, and compare the silhouettes."""
+    start = time.perf_counter()
+    try:
+        theirs, is_opaque = read_coverage(corpora, pair)
+        picture = render_pair(corpora, pair, theirs.shape)
+    except (WarpRtError, OSError, ValueError) as error:
+        return Result(pair, math.nan, math.nan, math.nan, time.perf_counter() - start, " ".join(str(error).split()))
+    picture.save(pictures / _name(pair))
+    ours = picture.alpha > (0 if is_opaque else 0.5)
+    either = (theirs | ours).sum()
+    overlap = float((theirs & ours).sum() / either) if either else 1.0
+    return Result(pair, overlap, float(theirs.mean()), float(ours.mean()), time.perf_counter() - start)
+
+
+def read_coverage(corpora: Path, pair: Pair) -> tuple[np.ndarray, bool]:
+    """Return which pixels a reference covers, bool, shape [height, width], and whether it is opaque.
+
+    Raises:
+        ValueError: It is opaque and its corners differ.
+    """
+    with PillowImage.open(corpora / pair.image) as image:
+        pixels = np.asarray(image.convert("RGBA"), np.float64)
+    alpha, color = pixels[..., 3] / 255, pixels[..., :3]
+    if alpha.min() < 1 and alpha.max() > 0:
+        return alpha > 0.5, False
+    corners = color[[0, 0, -1, -1], [0, -1, 0, -1]]
+    if pair.background is not None:
+        background = 255 * np.array(pair.background[:3])
+    elif np.ptp(corners, axis=0).max() <= BACKGROUND_STEPS:
+        background = corners[0]
+    else:
+        raise ValueError("opaque, with no one colour behind: nothing to compare")
+    return (np.abs(color - background) > BACKGROUND_STEPS).any(axis=2), True
+
+
+def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
+    """Return our picture of a stage."""
+    stage = Usd.Stage.Open(str(corpora / pair.stage))
+    camera = pair.camera
+    if pair.renderer == "usdrecord framed":
+        stage.SetEditTarget(stage.GetSessionLayer())
+        for prim in [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera) and prim.GetName() != "main_cam"]:
+            prim.SetActive(False)  # usdrecord looks through none but this
+    if pair.renderer == "storm framed":
+        camera = FRAMING
+        _add_framing_camera(stage, pair, shape)
+    at_default = pair.renderer.startswith("storm") and pair.frame is None
+    source = open_scene(stage, default_time=at_default, purposes=pair.purposes, complexity=pair.complexity)
+    moment = None if pair.frame is None or math.isnan(pair.frame) else pair.frame
+    frame = _prepared(source.scene(moment), pair)
+    options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
+    film, _ = render_frame(
+        Renderer(frame, options, device="cpu"),
+        lambda time: (_prepared(source.scene(time, base_time=frame.time), pair), camera or None),
+        camera=camera or None,
+    )
+    return Image(film)
+
+
+def _prepared(scene: Scene, pair: Pair) -> Scene:
+    settings = replace(scene.settings, aspect_policy=pair.policy) if pair.policy else scene.settings
+    return replace(scene, settings=settings, domes=tuple(replace(dome, is_visible=False) for dome in scene.domes))
+
+
+def _add_framing_camera(stage: Usd.Stage, pair: Pair, shape: tuple[int, int]) -> None:
+    """Define a camera that sees what testUsdImagingGLBasicDrawing does: 60 degrees high, the stage's box in front."""
+    is_z_up = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
+    translate = pair.translate
+    if translate is None:
+        cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default", *pair.purposes], useExtentsHint=True)
+        box = cache.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
+        center, size = box.GetMidpoint(), box.GetSize().GetLength()
+        x, y, z = (center[0], center[2], center[1]) if is_z_up else center
+        translate = (-x, -y, -z - size)
+    view = Gf.Matrix4d(1)
+    if is_z_up:
+        view.SetRotate(Gf.Rotation(Gf.Vec3d(1, 0, 0), -90))
+    view *= Gf.Matrix4d().SetTranslate(Gf.Vec3d(*translate))
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        camera = UsdGeom.Camera.Define(stage, Sdf.Path(FRAMING))
+        camera.AddTransformOp().Set(view.GetInverse())
+        camera.GetFocalLengthAttr().Set(10.0)
+        height = 2 * 10.0 * math.tan(math.radians(30))
+        camera.GetVerticalApertureAttr().Set(height)
+        camera.GetHorizontalApertureAttr().Set(height * shape[1] / shape[0])
+
+
+# --- what is told
+
+
+def summary(results: Sequence[Result]) -> str:
+    """Return the table that people read."""
+    lines = []
+    for renderer in dict.fromkeys(result.pair.renderer for result in results):
+        found = [r for r in results if r.pair.renderer == renderer]
+        good = [r for r in found if r.overlap >= GOAL]
+        median = float(np.nanmedian([r.overlap for r in found]))
+        lines.append(f"{renderer}: {len(good)} of {len(found)} at {GOAL} or more, median {median:.4f}")
+    lines += [
+        f"{r.overlap:.4f}  theirs {r.theirs:.3f} ours {r.ours:.3f}  {r.pair.image} {r.note}"
+        for r in results
+        if not r.overlap >= GOAL
+    ]
+    return "\n".join(lines)
+
+
+def write_table(path: Path, results: Sequence[Result]) -> None:
+    """Write a row a pair."""
+    with path.open("w", newline="", encoding="utf-8") as table:
+        rows = csv.writer(table, delimiter="\t", lineterminator="\n")
+        rows.writerow(["image", "stage", "renderer", "frame", "overlap", "theirs", "ours", "seconds", "note"])
+        for r in sorted(results, key=lambda result: result.pair.image):
+            numbers = [f"{number:.4f}" for number in (r.overlap, r.theirs, r.ours)]
+            rows.writerow(
+                [r.pair.image, r.pair.stage, r.pair.renderer, r.pair.frame, *numbers, f"{r.seconds:.2f}", r.note]
+            )
+
+
+def write_sheets(corpora: Path, out: Path, results: Sequence[Result]) -> None:
+    """Write contact sheets of reference, ours and difference, in the order of the results."""
+    per_sheet = COLUMNS * ROWS
+    width, height = 3 * CELL[0] + 8, CELL[1] + LABEL
+    for number in range(0, len(results), per_sheet):
+        sheet = PillowImage.new("RGB", (COLUMNS * width, ROWS * height), (64, 64, 64))
+        draw = ImageDraw.Draw(sheet)
+        for place, result in enumerate(results[number : number + per_sheet]):
+            x, y = place % COLUMNS * width, place // COLUMNS * height
+            for column, part in enumerate(_parts(corpora, out, result)):
+                part.thumbnail((CELL[0] - 2, CELL[1]))
+                sheet.paste(part, (x + column * CELL[0], y + LABEL), part)
+            name = "/".join(Path(result.pair.image).with_suffix("").parts[-4:])
+            draw.text((x, y), f"{result.overlap:.4f} {result.pair.renderer} {result.note[:50]}", fill="yellow")
+            draw.text((x, y + LABEL // 2), name[-78:], fill="white")
+        sheet.save(out / f"sheet_{number // per_sheet:02}.png")
+
+
+def _parts(corpora: Path, out: Path, result: Result) -> list[PillowImage.Image]:
+    with PillowImage.open(corpora / result.pair.image) as image:
+        parts = [image.convert("RGBA")]
+    ours = out / "pictures" / _name(result.pair)
+    if math.isnan(result.overlap) or not ours.is_file():
+        return parts
+    with PillowImage.open(ours) as image:
+        parts.append(image.convert("RGBA"))
+    theirs, is_opaque = read_coverage(corpora, result.pair)
+    ours = np.asarray(parts[1])[..., 3] > (0 if is_opaque else 127)
+    both = 0.6 * (theirs & ours)
+    difference = np.stack([np.maximum(theirs & ~ours, both), both, np.maximum(ours & ~theirs, both)], axis=2)
+    parts.append(PillowImage.fromarray((255 * difference).astype(np.uint8)).convert("RGBA"))
+    return parts
+
+
+def _name(pair: Pair) -> str:
+    return str(Path(pair.image).with_suffix(".png")).replace("/", "__")
