@@ -175,7 +175,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         "asset model:cardTextureXPos = @DIR/good.png@\n}",
         {"/x"},
     ),
-    "W133": ('def Xform "x" (prepend apiSchemas = ["LODRootAPI"]) {}', {"/x"}),
+    "W133": ('def Xform "x" (prepend apiSchemas = ["ColorSpaceAPI"]) {}', {"/x"}),
     "W140": ('def Sphere "s" { double radius = 0 }', {"/s"}),
     "W141": (patch("double[] pointWeights = [1]"), {"/p"}),
     "W142": (patch("int[] trimCurve:counts = [1]"), {"/p"}),

@@ -154,12 +154,11 @@ ORDERED = SETTINGS.replace("ORDERED", "rel orderedVars = </settings/var>")
 SETTINGS = SETTINGS.replace("ORDERED", "")
 LEVELS = """
 def Xform "lod" (prepend apiSchemas = ["LODRootAPI"]) {
-    rel lod:levels = [</lod/near>, </lod/far>]
     rel lod:heuristics = </lod/rule>
     def Sphere "near" {}
     def Cube "far" {}
     def HEURISTIC "rule" {
-        uniform token lod:domain = "render"
+        uniform token lod:domain = "imaging"
         float[] thresholds = [10]
     }
 }
@@ -503,6 +502,15 @@ def one(value: object, **others: object) -> Probe:
     return Probe((value,), **others)
 
 
+_PURPOSES = Fixture(
+    """
+    def RenderSettings "settings" {
+        uniform token[] includedPurposes = ["default", "render", "guide"]
+    }
+    def Sphere "p" {}
+    def Sphere "other" {}
+    """
+)
 _LINKED = {
     f"collection:{name}:{part}": value
     for name in ("lightLink", "shadowLink")
@@ -633,6 +641,12 @@ PROBES: dict[str, Probe] = {
     "PointInstancer.protoIndices": one([1, 0]),
     "PointInstancer.prototypes": one(["/p/b", "/p/a"]),
     "PointInstancer.scales": one([(1, 2, 1)] * 2),
+    "VisibilityAPI.guideVisibility": one("invisible", fixture=_PURPOSES, given={"purpose": "guide"}),
+    "VisibilityAPI.proxyVisibility": one("invisible", given={"purpose": "proxy"}),
+    "VisibilityAPI.renderVisibility": one("invisible", fixture=_PURPOSES, given={"purpose": "render"}),
+    "LODRootAPI.lod:default:index": one(1),
+    "LODOverrideAPI.lod:override:index": one(1.0, given={"lod:override:mode": "indexedLOD"}),
+    "LODOverrideAPI.lod:override:mode": one("noLOD"),
     "GeomModelAPI.model:applyDrawMode": one(
         True, fixture=Fixture(_MODEL.text.replace('kind = "component"', 'kind = "group"'))
     ),

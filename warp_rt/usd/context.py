@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +13,9 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.usd.authored import Authored
 from warp_rt.usd.bindings import Bindings, extend_bindings
+from warp_rt.usd.lod import NO_OVERRIDE, Override, drawn_items, lod_override
 from warp_rt.usd.primvars import Values, inherited_constants
+from warp_rt.usd.visibility import hidden_purposes
 
 # Unloaded prims are met, for they are told; nothing of them is drawn.
 SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
@@ -46,14 +49,48 @@ class Context:
     """Of the model above."""
     card_visibility: str = "full"
     """Which of its cards are drawn."""
+    hidden_purposes: frozenset[str] = frozenset()
+    """Purposes of which nothing is seen."""
+    lod_override: Override = NO_OVERRIDE
+    """What is said above of levels of detail."""
+    lod_items: frozenset[str] | None = None
+    """Names of the children that are drawn of an LOD root, whatever their visibility; None: the parent is no such."""
     has_clips: bool = False
     """Whether value clips may hold values of what nothing authors."""
     is_skinned: bool = False
     """Whether a SkelRoot is above."""
 
+    def children(self, prim: Usd.Prim) -> Sequence[Usd.Prim]:
+        """Return the children of the prim that hands this on that are visited."""
+        children = prim.GetFilteredChildren(self.predicate)
+        if self.lod_items is None:
+            return children
+        return [child for child in children if child.GetName() in self.lod_items]
+
     def name(self, prim: Usd.Prim) -> str:
         """Return a prim's path as the group has it."""
         return str(prim.GetPath())[self.path_length :]
+
+
+def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: Usd.TimeCode, report: Report) -> Context:
+    """Return the context with what a prim's applied schemas say of visibility and levels of detail."""
+    if "VisibilityAPI" in schemas:
+        here = replace(here, hidden_purposes=hidden_purposes(prim, here.hidden_purposes, time, report))
+    if "LODOverrideAPI" in schemas:
+        here = replace(here, lod_override=lod_override(prim, here.lod_override, time, report))
+    if "LODRootAPI" in schemas:
+        items = [child for child in prim.GetFilteredChildren(here.predicate) if child.IsLoaded()]
+        here = replace(here, lod_items=drawn_items(prim, items, here.lod_override, time, report))
+    return here
+
+
+def schemas_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Report) -> Context:
+    """Return the context with what the schemas on a prim and all above it say to those below."""
+    for path in prim.GetPath().GetPrefixes() if prim else ():
+        above = prim.GetStage().GetPrimAtPath(path)
+        schemas = [schema for schema in above.GetAppliedSchemas() if schema != "LODRootAPI"]
+        context = apply_schemas(above, context, schemas, time, report)
+    return context
 
 
 def hand_down(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeCode, report: Report) -> Context:

@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.usd.bindings import read_bindings
-from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context
+from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context, schemas_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
@@ -53,8 +53,8 @@ class Prototypes:
         """Copy the group of an instance's prototype.
 
         The prototype is walked through the first instance that shows it; others share its group if all that they
-        hand down is the same: the purpose, the draw mode and the materials. (Primvars they hand down are kept apart
-        by copy.)
+        hand down is the same: purposes, the draw mode, levels of detail and the materials. (Primvars they hand down
+        are kept apart by copy.)
 
         Args:
             prim: The instance.
@@ -64,7 +64,10 @@ class Prototypes:
         """
         # Below a SkelRoot each instance has a pose of its own.
         pose = prim.GetPath() if context.is_skinned else None
-        style = (context.purpose, context.draw_mode, context.card_visibility)
+        style = (
+            *(context.purpose, context.draw_mode, context.card_visibility),
+            *(context.hidden_purposes, context.lod_override, context.lod_items),
+        )
         key = (prim.GetPrototype().GetPath(), style, pose, context.bindings)
         group = self._groups.get(key)
         if group is None:
@@ -77,7 +80,7 @@ class Prototypes:
                 primvars=[],
                 constants={},
             )
-            group = walk_group(prim.GetFilteredChildren(context.predicate), inside)
+            group = walk_group(context.children(prim), inside)
             if group.is_absolute:  # nothing to share, for something in it stands still while instances move
                 builder.is_absolute = True
             else:
@@ -147,6 +150,7 @@ class Prototypes:
                 card_visibility=inherited_card_visibility(parent),
                 has_clips=context.has_clips,
             )
+            inside = schemas_above(parent, inside, self._time, self._report)
             self._open.append(path)
             group = self._groups[key] = walk_group([prototype], inside)
             self._open.pop()

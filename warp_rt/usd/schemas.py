@@ -16,8 +16,6 @@ MOTION_SCALE = "W423"
 
 # What applied schemas would change, and what happens instead.
 _IGNORED_SCHEMAS = {
-    "LODRootAPI": "all levels of detail are drawn",
-    "VisibilityAPI": "the visibility of single purposes does not count",
     "ColorSpaceAPI": "colours are read as linear Rec. 709",
 }
 _LABELS = "SemanticsLabelsAPI:"

@@ -17,9 +17,9 @@ from pxr import Tf, Usd, UsdGeom
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.usd import geometry, implicit
-from warp_rt.usd.attribute_values import AttributeReader, shown
+from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.authored import Authored, AuthoredReader
-from warp_rt.usd.context import SHOWN, Context, hand_down
+from warp_rt.usd.context import SHOWN, Context, apply_schemas, hand_down
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.lights import is_light
@@ -31,6 +31,7 @@ from warp_rt.usd.schemas import TypeTraits, read_labels, read_traits, report_ign
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.stage import error_text
 from warp_rt.usd.transforms import BAD_TRANSFORM, TransformReader
+from warp_rt.usd.visibility import is_invisible
 
 UNSUPPORTED = "W130"
 UNLOADED = "N906"
@@ -121,7 +122,7 @@ class StageWalk:
                 continue
             if passed_on is None:
                 continue
-            children = prim.GetFilteredChildren(above.predicate)
+            children = passed_on.children(prim)
             if not children:
                 continue
             if prim.GetPath().pathElementCount > self._limits.depth:
@@ -141,7 +142,9 @@ class StageWalk:
             traits = self._traits[kind] = read_traits(prim)
         has_clips = above.has_clips or prim.HasAuthoredMetadata("clips")
         authored = self._authored.read(prim, has_clips)
-        if traits.is_imageable and "visibility" in authored.names and self._is_invisible(prim):
+        if above.lod_items is not None:
+            above = replace(above, lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
+        elif traits.is_imageable and "visibility" in authored.names and is_invisible(prim, self._time, self._report):
             return None
         here = self._place(prim, traits, above, authored, builder)
         if here is None:
@@ -154,6 +157,7 @@ class StageWalk:
         schemas = prim.GetAppliedSchemas()
         if schemas:
             self._read_schemas(prim, schemas)
+            here = apply_schemas(prim, here, schemas, self._time, self._report)
         if self._stand_ins is not None and prim.IsModel():
             here = replace(
                 here,
@@ -232,14 +236,8 @@ class StageWalk:
             )
 
     def _is_shown(self, here: Context) -> bool:
-        return (here.purpose or UsdGeom.Tokens.default_) in self._purposes
-
-    def _is_invisible(self, prim: Usd.Prim) -> bool:
-        visibility = prim.GetAttribute("visibility").Get(self._time)
-        if visibility not in ("invisible", "inherited", None):
-            message = f"visibility is {shown(visibility)}, neither inherited nor invisible: drawn"
-            self._report.warn(INVALID_VALUE, prim.GetPath(), message)
-        return bool(visibility == "invisible")
+        purpose = here.purpose or UsdGeom.Tokens.default_
+        return purpose in self._purposes and purpose not in here.hidden_purposes
 
     def _read_skin(self, prim: Usd.Prim) -> Skin | None:
         skin = self._skins.read(prim)
