@@ -104,11 +104,12 @@ class Film:
     """By the names of ``options.AOVS``, shape [height, width] or [height, width, n].
 
     Always there: ``color``, float32, n = 3, linear Rec. 709, premultiplied by ``alpha``, camera exposure applied; and
-    ``alpha``, float32. On demand: ``depth`` along the view axis and ``distance`` along the eye ray [scene unit],
-    float32, infinite where nothing was met; ``normal`` (unit shading normal), ``position``, n = 3, world space, and
-    ``uv``, n = 2, float32, zero where nothing was met; ``primId``, ``instanceId``, ``elementId`` (the face), int32,
-    -1 where nothing was met; ``nodesVisited``, ``triangleTests``, ``treeSize`` and ``rays``, sums over the pixel's
-    samples, and ``deepest``, the deepest level of any, int32."""
+    ``alpha``, float32. On demand: ``depth``, also called ``cameraDepth``, along the view axis, and ``distance`` along
+    the eye ray [scene unit], float32, infinite where nothing was met; ``normal`` (unit shading normal) and
+    ``position``, n = 3, world space, ``Neye`` and ``Peye``, the same in the camera's space, and ``uv``, n = 2, float32,
+    zero where nothing was met; ``primId``, ``instanceId``, ``elementId`` (the face), int32, -1 where nothing was met;
+    ``nodesVisited``, ``triangleTests``, ``treeSize`` and ``rays``, sums over the pixel's samples, and ``deepest``, the
+    deepest level of any, int32."""
     rays: RayCounts
     prims: tuple[str, ...] = ()
     """Path of each primId."""
@@ -118,6 +119,11 @@ class Film:
     facts: Mapping[str, object] = field(default_factory=dict)
     """How it was made: source, camera, time, integrator, spp, light samples, seed, depth, threshold. No clock:
     equal renders, equal files."""
+    data_window: tuple[int, int, int, int] | None = None
+    """Where it lies in the picture, of which the render settings ask for a part, or for more: x and y of its top left
+    pixel, width and height of the picture [pixel]. None: it is the picture."""
+    pixel_aspect_ratio: float = 1.0
+    """Width by height of a pixel as it is to be shown."""
 
     @property
     def color(self) -> np.ndarray:

@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from warp_rt.errors import LimitError, OptionError
+from warp_rt.errors import LimitError, OptionError, SceneError
 from warp_rt.kernels import aov, structs
+from warp_rt.options import MAX_SIZE
+from warp_rt.scene import Camera, Settings
 
 Rectangle = tuple[int, int, int, int]
 """x, y, width, height [pixel], from the picture's top left corner."""
@@ -32,6 +35,8 @@ _FIELDS: dict[str, tuple[str, int, Any, float]] = {
     "deepest": ("deepest", aov.AOV_DEEPEST, wp.int32, 0),
     "rays": ("rays", aov.AOV_RAYS, wp.int32, 0),
 }
+# AOVs that follow from another one.
+_SOURCES = {"cameraDepth": "depth", "Neye": "normal", "Peye": "position"}
 
 
 @dataclass(frozen=True)
@@ -44,22 +49,39 @@ class FilmBuffers:
     """By AOV; ``color`` is the sum over samples of radiance and alpha."""
     area: Rectangle
     """The part of the picture that is rendered."""
+    wanted: tuple[str, ...]
+    """AOVs that were asked for."""
 
-    def develop(self, *, spp: int, exposure: float, origin: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the AOVs: samples averaged, the camera's exposure applied, positions in world space.
+    def develop(self, *, spp: int, camera: Camera, origin: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the AOVs: samples averaged, the camera's exposure applied, positions in world or eye space.
 
         Args:
             spp: Samples that each pixel has taken.
-            exposure: Linear factor on colour.
+            camera: Its exposure is a factor on colour.
             origin: World point that positions are relative to, shape [3].
         """
         aovs = {name: array.numpy() for name, array in self.arrays.items()}
         color = aovs["color"] / np.float32(spp)
-        aovs["color"] = color[..., :3] * np.float32(exposure)
+        aovs["color"] = color[..., :3] * np.float32(camera.exposure_scale)
         aovs["alpha"] = color[..., 3].copy()
+        eye_from_world = np.linalg.inv(_axes(camera))
+        if "cameraDepth" in self.wanted:
+            aovs["cameraDepth"] = aovs["depth"].copy()
+        if "Neye" in self.wanted:
+            aovs["Neye"] = (aovs["normal"] @ eye_from_world.T).astype(np.float32)
         if "position" in aovs:
-            aovs["position"] = np.nan_to_num(aovs["position"] + origin, nan=0.0).astype(np.float32)
-        return aovs
+            world = aovs["position"] + origin
+            eye = (world - camera.world_from_camera[:3, 3]) @ eye_from_world.T
+            aovs["position"], in_eye = (np.nan_to_num(points, nan=0.0).astype(np.float32) for points in (world, eye))
+            if "Peye" in self.wanted:
+                aovs["Peye"] = in_eye
+        return {name: values for name, values in aovs.items() if name in ("color", "alpha", *self.wanted)}
+
+
+def _axes(camera: Camera) -> np.ndarray:
+    """Return the camera's axes of unit length as columns, world space: float64, shape [3, 3]."""
+    linear = camera.world_from_camera[:3, :3]
+    return linear / np.linalg.norm(linear, axis=0)
 
 
 def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> FilmBuffers:
@@ -71,7 +93,8 @@ def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> Fi
     x, y, width, height = area
     data = structs.FilmData()
     data.x, data.y = x, y
-    wanted = [name for name in _FIELDS if name in aovs]
+    needed = {_SOURCES.get(name, name) for name in aovs}
+    wanted = [name for name in _FIELDS if name in needed]
     try:
         arrays = {"color": wp.zeros(shape=(height, width), dtype=wp.vec4, device=device)}
         for name, (field, _, dtype, nothing) in _FIELDS.items():
@@ -86,17 +109,32 @@ def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> Fi
         raise LimitError(f"film: {width} x {height} pixels need {size}, more than {device} can give") from error
     data.color = arrays["color"]
     data.aov_mask = sum(int(_FIELDS[name][1]) for name in wanted)
-    return FilmBuffers(data, arrays, area)
+    return FilmBuffers(data, arrays, area, aovs)
 
 
-def crop_area(crop: Rectangle | None, width: int, height: int) -> Rectangle:
-    """Return the part of a picture that a crop leaves, cut off at the picture's edges.
+def film_area(crop: Rectangle | None, settings: Settings, width: int, height: int) -> Rectangle:
+    """Return the part of a picture that is made.
+
+    A crop is cut off at the picture's edges. Without one it is the render settings' data window, which may reach beyond
+    them: the pixels whose centre it holds (UsdRenderSettingsBase, dataWindowNDC).
+
+    Args:
+        crop: What is asked for; None: nothing.
+        settings: Of the stage.
+        width: Of the whole picture [pixel].
+        height: Likewise.
 
     Raises:
-        OptionError: Nothing is left.
+        OptionError: Nothing is left of the crop.
+        SceneError: Nothing is left of the data window, or it is too large.
     """
     if crop is None:
-        return 0, 0, width, height
+        left, bottom, right, top = settings.data_window
+        x, x_end = (math.ceil(share * width - 0.5) for share in (left, right))
+        y, y_end = (math.ceil((1 - share) * height - 0.5) for share in (top, bottom))
+        if x < x_end <= x + MAX_SIZE and y < y_end <= y + MAX_SIZE:
+            return x, y, x_end - x, y_end - y
+        raise SceneError(f"{settings.path}: dataWindowNDC {settings.data_window} leaves no picture, or one too large")
     x, y = crop[:2]
     if x >= width or y >= height:
         raise OptionError(f"crop: {crop} lies outside the picture of {width} x {height} pixels")

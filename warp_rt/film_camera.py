@@ -122,6 +122,14 @@ def world_planes(camera: Camera, origin: np.ndarray) -> np.ndarray:
     return planes / np.where(length > 0, length, 1.0)
 
 
+def pixel_aspect_ratio(camera: Camera, width: int, height: int, settings: Settings) -> float:
+    """Return width by height of a pixel as seen."""
+    if settings.aspect_policy != "adjustPixelAspectRatio":
+        return settings.pixel_aspect_ratio
+    left, right, bottom, top = camera.window
+    return (right - left) / (top - bottom) / (width / height)
+
+
 def camera_data(
     camera: Camera, width: int, height: int, settings: Settings, origin: np.ndarray, device: str = "cpu"
 ) -> Any:

@@ -20,7 +20,11 @@ BUILDERS = ("sah", "median", "midpoint", "lbvh")
 INTERSECTORS = ("watertight", "moller-trumbore", "plane-projection")
 COSTS = ("nodesVisited", "triangleTests", "treeSize", "deepest", "rays")
 """AOVs that count what a pixel took."""
-AOVS = ("color", "depth", "distance", "normal", "position", "uv", "primId", "instanceId", "elementId", *COSTS)
+AOVS = (
+    *("color", "depth", "cameraDepth", "distance", "normal", "Neye", "position", "Peye", "uv"),
+    *("primId", "instanceId", "elementId"),
+    *COSTS,
+)
 COMPLEXITIES = ("low", "medium", "high", "veryhigh")
 """Names of the refinement levels 0 to 3 of subdivision surfaces, as usdrecord has them."""
 PURPOSES = ("default", "render", "proxy", "guide")

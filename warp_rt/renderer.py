@@ -20,8 +20,16 @@ from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
 from warp_rt.exposure import Exposure
 from warp_rt.film import Film, RayCounts
-from warp_rt.film_buffers import Rectangle, crop_area, make_film_buffers
-from warp_rt.film_camera import camera_data, choose_camera, frame_camera, has_lens, image_size, shutter_of
+from warp_rt.film_buffers import Rectangle, film_area, make_film_buffers
+from warp_rt.film_camera import (
+    camera_data,
+    choose_camera,
+    frame_camera,
+    has_lens,
+    image_size,
+    pixel_aspect_ratio,
+    shutter_of,
+)
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
 from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, structs
@@ -172,7 +180,9 @@ class Renderer:
         options = dataclasses.replace(self.options, **{name: to for name, to in changes.items() if to is not None})
         chosen, _, _ = self._set_up(camera)
         width, height = image_size(chosen, options, self.scene.settings)
-        buffers = make_film_buffers(options.aovs, crop_area(options.crop, width, height), self.device)
+        buffers = make_film_buffers(
+            options.aovs, film_area(options.crop, self.scene.settings, width, height), self.device
+        )
         return Exposure(options, chosen, (width, height), buffers, Deadline(options.time_limit))
 
     def expose(
@@ -214,16 +224,18 @@ class Renderer:
     def develop(self, film: Exposure) -> Film:
         """Return what a film that this renderer has started shows, once all its samples are there."""
         width, height = film.buffers.area[2:]
-        exposure, origin = film.camera.exposure_scale, self._device_scene.origin
+        is_window = film.options.crop is None and film.buffers.area != (0, 0, *film.size)
         return Film(
             width=width,
             height=height,
-            aovs=film.buffers.develop(spp=film.options.spp, exposure=exposure, origin=origin),
+            aovs=film.buffers.develop(spp=film.options.spp, camera=film.camera, origin=self._device_scene.origin),
             rays=RayCounts.from_row(film.counts),
             prims=self.scene.prims,
             instance_paths=self.scene.instance_paths,
             labels=self.scene.labels,
             facts=self._facts(film.camera, film.options),
+            data_window=(*film.buffers.area[:2], *film.size) if is_window else None,
+            pixel_aspect_ratio=pixel_aspect_ratio(film.camera, *film.size, self.scene.settings),
         )
 
     def trace_tree(
@@ -247,7 +259,7 @@ class Renderer:
         chosen, device_scene, lights = self._set_up(camera)
         self._note_shutter(chosen)
         width, height = image_size(chosen, self.options, self.scene.settings)
-        area = crop_area(self.options.crop, width, height)
+        area = film_area(self.options.crop, self.scene.settings, width, height)
         _check_pixel(x, y, area)
         taken = _chosen_samples(samples, self.options.spp)
         eye = camera_data(chosen, width, height, self.scene.settings, device_scene.origin, self.device)

@@ -420,6 +420,8 @@ class Settings:
 
     path: str = ""
     resolution: tuple[int, int] | None = None
+    data_window: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
+    """Part of the picture that is made: left, bottom, right, top, as shares of its sides from the bottom left."""
     pixel_aspect_ratio: float = 1.0
     aspect_policy: str = "expandAperture"
     camera: str | None = None
@@ -432,6 +434,32 @@ class Settings:
     disables_motion_blur: bool = False
     has_instantaneous_shutter: bool = False
     """Whether shutters close as soon as they open."""
+
+
+@dataclass(frozen=True)
+class RenderVar:
+    """A layer of a product."""
+
+    path: str
+    layer: str
+    """Its name in the file."""
+    aov: str
+    """Of ``options.AOVS``, or ``alpha``."""
+    is_half: bool = False
+    """Whether 16-bit floats are asked for."""
+
+
+@dataclass(frozen=True)
+class Product:
+    """A picture that the render settings ask for."""
+
+    path: str
+    name: str
+    """Its file, as the stage says it; empty: the stage does not."""
+    settings: Settings
+    """What the product authors itself, else the render settings."""
+    variables: tuple[RenderVar, ...] = ()
+    """In order; none: colour."""
 
 
 # --- the whole
@@ -456,6 +484,8 @@ class Scene:
     domes: tuple[Dome, ...] = ()
     cameras: tuple[Camera, ...] = ()
     settings: Settings = Settings()
+    """With what the first of ``products`` overrides."""
+    products: tuple[Product, ...] = ()
     up_axis: str = "Y"
     meters_per_unit: float = 0.01
     source: str = ""

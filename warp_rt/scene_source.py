@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from warp_rt.errors import OptionError
-from warp_rt.scene import Scene
+from warp_rt.scene import Product, Scene
 
 
 class SceneSource(Protocol):
@@ -25,6 +25,13 @@ class SceneSource(Protocol):
         Raises:
             OptionError: The time makes no sense.
             LimitError: The stage holds more than can be meant.
+        """
+
+    def products(self) -> tuple[Product, ...]:
+        """Return the pictures that the render settings ask for.
+
+        Raises:
+            SceneError: There are no such settings.
         """
 
 
@@ -45,3 +52,7 @@ class StillScene:
         if time is not None:
             raise OptionError(f"{self.name}: time: only of USD stages")
         return self.still
+
+    def products(self) -> tuple[Product, ...]:
+        """Return that it asks for none."""
+        return ()

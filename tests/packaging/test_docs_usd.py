@@ -18,6 +18,7 @@ from pxr import Tf, Usd
 from warp_rt import Renderer, RenderOptions
 from warp_rt.scene import Scene, Settings
 from warp_rt.usd.load import load_stage
+from warp_rt.usd.settings import RenderTerms
 from warp_rt.usd.walk import Limits
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -269,14 +270,21 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W511": (("metersPerUnit = 0", ""), {"scene.usda"}),
     "W512": (("startTimeCode = inf", ""), {"scene.usda"}),
     "W521": (('renderSettingsPrimPath = "/Gone"', ""), {"/Gone"}),
-    "W522": (settings("uniform float4 dataWindowNDC = (0, 0, 0.5, 0.5)"), {"/S"}),
+    "W522": (settings('uniform token renderingColorSpace = "lin_ap1_scene"'), {"/S"}),
     "W523": (settings("int warp_rt:depth = 0"), {"/S"}),
     "W524": (
         settings("rel products = </P>", 'def RenderProduct "P" { uniform token productType = "deepRaster" }'),
         {"/P"},
     ),
+    "W525": (
+        settings(
+            "rel products = </P>",
+            'def RenderProduct "P" { rel orderedVars = </V> }\n'
+            'def RenderVar "V" { uniform string sourceName = "hairDepth" }',
+        ),
+        {"/V"},
+    ),
     "N903": (settings("int warp_rt:depth = 2", metadata=""), {"/S"}),
-    "N904": (settings("rel products = </P>", 'def RenderProduct "P" { token productName = "a.exr" }'), {"/P"}),
     "N905": ('def Sphere "s" { token visibility = "invisible" }', {"scene.usda"}),
     "N910": ('def Mesh "m" {}', {"/m"}),
     "N913": ('def Points "c" { point3f[] points = [(0,0,0)]\n}', {"/c"}),
@@ -345,9 +353,9 @@ def test_what_usd_cannot_read_is_left_out(folder: Path, monkeypatch: pytest.Monk
 
 
 def test_warnings_of_usd_are_notes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def read_settings(*_: object) -> tuple[Settings, None]:
+    def read_settings(*_: object) -> RenderTerms:
         Tf.Warn("something about </a>")
-        return Settings(), None
+        return RenderTerms()
 
     monkeypatch.setattr("warp_rt.usd.load.read_settings", read_settings)
     scene = load('def Sphere "s" {}', folder)
@@ -383,7 +391,7 @@ def test_sharp_shadows_of_lights_with_an_extent_are_noted(
 
 def test_every_code_of_the_documents_has_its_stage() -> None:
     documented = re.findall(r"^\| ([WN]\d{3}) \|", (DOCS / "diagnostics.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N906", "N907", "N930", "N931"}
+    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N904", "N906", "N907", "N930", "N931"}
 
 
 # --- what is supported

@@ -541,6 +541,28 @@ _MOVING_MESH = Fixture(
     }}
     """
 )
+_BOUND_TWICE = Fixture(
+    """
+    def RenderSettings "settings" {}
+    def Sphere "other" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+        rel material:binding:full = </a>
+        rel material:binding:preview = </b>
+    }
+    def Material "a" {
+        token outputs:surface.connect = </a/S.outputs:surface>
+        def Shader "S" { uniform token info:id = "UsdPreviewSurface"
+            token outputs:surface
+        }
+    }
+    def Material "b" {
+        token outputs:surface.connect = </b/S.outputs:surface>
+        def Shader "S" { uniform token info:id = "WhittedSurface"
+            token outputs:surface
+        }
+    }
+    """,
+    "/settings",
+)
 # Something that changes while shutters are open.
 _GROWING = Fixture('def Sphere "other" { double radius.timeSamples = { -1: 1, 1: 2 } }\ndef Camera "p" {}\n')
 # By number of points: what can be carried by velocities, and what is.
@@ -678,7 +700,8 @@ PROBES: dict[str, Probe] = {
     "RenderSettingsBase.resolution": one(Gf.Vec2i(11, 22)),
     "RenderSettingsBase.dataWindowNDC": one((0.25, 0.25, 0.75, 0.75)),
     "RenderSettings.includedPurposes": one(["default", "guide"], edits=(("/other", "purpose", "guide"),)),
-    "RenderSettings.materialBindingPurposes": one(["preview"]),
+    "RenderSettings.materialBindingPurposes": one(["preview", ""], fixture=_BOUND_TWICE),
+    "RenderVar.dataType": one("color3h"),
     "RenderSettings.products": one("/settings/product2"),
     "RenderProduct.*prim*": Probe(
         fixture=Fixture(

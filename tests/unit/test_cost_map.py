@@ -26,7 +26,13 @@ def film(**costs):
     shape = next(iter(costs.values())).shape
     color, alpha = np.full((*shape, 3), 0.5, np.float32), np.ones(shape, np.float32)
     return SimpleNamespace(
-        aovs={"color": color, "alpha": alpha, **costs}, prims=(), instance_paths=(), labels={}, facts={"spp": 4}
+        aovs={"color": color, "alpha": alpha, **costs},
+        prims=(),
+        instance_paths=(),
+        labels={},
+        facts={"spp": 4},
+        data_window=None,
+        pixel_aspect_ratio=1.0,
     )
 
 

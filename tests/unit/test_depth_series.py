@@ -31,6 +31,8 @@ def film(color, **facts):
         instance_paths=(),
         labels={},
         facts=facts,
+        data_window=None,
+        pixel_aspect_ratio=1.0,
         rays=Rays(),
     )
 

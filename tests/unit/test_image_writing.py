@@ -34,6 +34,8 @@ def film():
     ids = np.where(x > 0, (y % 2), -1).astype(np.int32)
     return SimpleNamespace(
         facts={},
+        data_window=None,
+        pixel_aspect_ratio=1.0,
         aovs={
             "color": color,
             "alpha": alpha,

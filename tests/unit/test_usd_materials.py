@@ -38,12 +38,12 @@ def Material "M" {{
 """
 
 
-def _read(body, path="/Mesh", **options):
+def _read(body, path="/Mesh", purpose="full"):
     """Return the material bound to a prim, the reader, and the diagnostics' codes."""
     stage = _stage(body)
     report = Report()
-    reader = MaterialReader(stage, TIME, report)
-    row = reader.bind(stage.GetPrimAtPath(path), **options)
+    reader = MaterialReader(stage, TIME, report, purpose)
+    row = reader.bind(stage.GetPrimAtPath(path))
     return reader.materials[row], reader, [d.code for d in report]
 
 

@@ -18,8 +18,19 @@ def _read(settings="", products="", metadata='renderSettingsPrimPath = "/Render/
         f'#usda 1.0\n({metadata}\n)\ndef "Render" {{\ndef RenderSettings "S" {{\n{settings}\n}}\n{products}\n}}'
     )
     report = Report()
-    found, purposes = read_settings(stage, report, path)
-    return found, purposes, [d.code for d in report]
+    found = read_settings(stage, report, path)
+    return found.settings, found.purposes, [d.code for d in report]
+
+
+def _products(settings="", products="", variables=""):
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\ndef RenderSettings "S" {{\n{settings}\n}}\n'
+        f"{products}\n{variables}"
+    )
+    report = Report()
+    found = read_settings(stage, report)
+    return found.products, [d.code for d in report]
 
 
 def test_nothing_is_said():
@@ -61,7 +72,7 @@ def test_first_raster_product_overrides_what_it_authors():
     )
     found, _, codes = _read(body, products)
     assert (found.resolution, found.pixel_aspect_ratio, found.camera) == ((32, 16), 2, "/Other")
-    assert codes == ["W524", "W524"]
+    assert codes == ["W524"]
 
 
 def test_a_path_is_taken_before_the_metadata():
@@ -87,6 +98,8 @@ def test_metadata_that_lead_nowhere_are_named():
         "float warp_rt:ambient = 1",
         'string warp_rt:background = "red"',
         'token includedPurposes = "render"',
+        'token materialBindingPurposes = "full"',
+        "uniform float4 dataWindowNDC = (0.5, 0, 0.5, 1)",
     ],
 )
 def test_values_without_meaning_are_named_and_left_out(body):
@@ -96,10 +109,9 @@ def test_values_without_meaning_are_named_and_left_out(body):
 @pytest.mark.parametrize(
     "body",
     [
-        "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)",
         'uniform token renderingColorSpace = "acescg"',
-        'uniform token[] materialBindingPurposes = ["preview", ""]',
-        'token materialBindingPurposes = "full"',
+        'uniform token[] materialBindingPurposes = ["preview", "full", ""]',
+        'uniform token[] materialBindingPurposes = ["mine", ""]',
         "int warp_rt:dept = 3",
     ],
 )
@@ -107,12 +119,85 @@ def test_terms_that_are_ignored_are_named(body):
     assert _read(body) == (Settings(path="/Render/S"), None, ["W522"])
 
 
-def test_names_of_files_and_vars_are_not_read_which_is_noted():
-    product = 'def RenderProduct "P" {\ntoken productName = "a.exr"\n}'
-    assert _read("rel products = </Render/P>", product)[2] == ["N904"]
-    product = 'def RenderProduct "P" {\nrel orderedVars = </Render/V>\n}\ndef RenderVar "V" {\n}'
-    assert _read("rel products = </Render/P>", product)[2] == ["N904"]
-    assert _read("rel products = </Render/P>", 'def RenderProduct "P" {\n}')[2] == []
+def test_products_override_what_they_author():
+    products, codes = _products(
+        "rel products = [</A>, </B>]\nuniform int2 resolution = (64, 48)\n"
+        "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)\n"
+        "uniform bool disableMotionBlur = 1",
+        'def RenderProduct "A" {\ntoken productName = "a.exr"\nuniform int2 resolution = (8, 4)\nrel camera = </C>\n}\n'
+        'def RenderProduct "B" {\nuniform float4 dataWindowNDC = (0, 0, 1, 1)\nuniform bool disableMotionBlur = 0\n}',
+    )
+    first, second = products
+    assert codes == []
+    assert (first.path, first.name, first.variables) == ("/A", "a.exr", ())
+    assert (first.settings.resolution, first.settings.camera) == ((8, 4), "/C")
+    assert (first.settings.data_window, first.settings.disables_motion_blur) == ((0, 0, 0.5, 1), True)
+    assert (second.name, second.settings.resolution) == ("", (64, 48))
+    assert (second.settings.data_window, second.settings.disables_motion_blur) == ((0, 0, 1, 1), False)
+
+
+@pytest.mark.parametrize(
+    ("body", "aov"),
+    [
+        ('uniform string sourceName = "Ci"', "color"),
+        ('uniform string sourceName = "raw"', "color"),  # the prim is called color
+        ("", "color"),
+        ('uniform string sourceName = "a"', "alpha"),
+        ('uniform string sourceName = "depth"', "cameraDepth"),
+        ('uniform string sourceName = "N"\nuniform token sourceType = "intrinsic"', "normal"),
+        ('uniform string sourceName = "Peye"', "Peye"),
+        ('uniform string sourceName = "primId"', "primId"),
+        ('uniform string sourceName = "st"\nuniform token sourceType = "primvar"', "uv"),
+        ('uniform string sourceName = "C.*[<L.>O]"\nuniform token sourceType = "lpe"', "color"),
+        ('uniform string sourceName = "lpe:C.*L"\nuniform token sourceType = "lpe"', "color"),
+        ('uniform string sourceName = "C<RD>[<L.>O]"\nuniform token sourceType = "lpe"', None),
+        ('uniform string sourceName = "color"\nuniform token sourceType = "primvar"', None),
+        ('uniform string sourceName = "albedo"', None),
+    ],
+)
+def test_render_vars_are_aovs(body, aov):
+    product = 'def RenderProduct "P" {\nrel orderedVars = </color>\n}'
+    (found,), codes = _products("rel products = </P>", product, f'def RenderVar "color" {{\n{body}\n}}')
+    assert [variable.aov for variable in found.variables] == ([] if aov is None else [aov])
+    assert codes == (["W525"] if aov is None else [])
+
+
+def test_layers_of_render_vars():
+    product = 'def RenderProduct "P" {\nrel orderedVars = [</beauty>, </N>, </Gone>]\n}'
+    variables = (
+        'def RenderVar "beauty" {\nuniform token dataType = "color3h"\nuniform string sourceName = "Ci"\n}\n'
+        'def RenderVar "N" {\nuniform token dataType = "normal3f"\nuniform string sourceName = "Neye"\n'
+        'string driver:parameters:aov:name = "eyeNormals"\n}'
+    )
+    (found,), codes = _products("rel products = </P>", product, variables)
+    assert [(v.path, v.layer, v.aov, v.is_half) for v in found.variables] == [
+        ("/beauty", "beauty", "color", True),
+        ("/N", "eyeNormals", "Neye", False),
+    ]
+    assert codes == ["W525"]
+
+
+@pytest.mark.parametrize(
+    ("purposes", "color"), [('["full", ""]', 0.1), ('["preview", ""]', 0.2), ('[""]', 0.3), (None, 0.1)]
+)
+def test_materials_are_bound_for_the_purpose(purposes, color):
+    asked = f"uniform token[] materialBindingPurposes = {purposes}" if purposes else ""
+    materials = "".join(
+        f'def Material "{name}" {{\ntoken outputs:surface.connect = </{name}/S.outputs:surface>\ndef Shader "S" {{\n'
+        f'uniform token info:id = "UsdPreviewSurface"\nfloat inputs:roughness = {value}\n'
+        "token outputs:surface\n}\n}\n"
+        for name, value in (("F", 0.1), ("P", 0.2), ("A", 0.3))
+    )
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\ndef RenderSettings "S" {{\n{asked}\n}}\n{materials}'
+        'def Sphere "s" (prepend apiSchemas = ["MaterialBindingAPI"]) {\nrel material:binding = </A>\n'
+        "rel material:binding:full = </F>\nrel material:binding:preview = </P>\n}"
+    )
+    scene = load_stage(stage)
+    (material,) = scene.materials
+    assert material.inputs["roughness"].value[0] == pytest.approx(color)
+    assert scene.diagnostics == ()
 
 
 @pytest.mark.parametrize(

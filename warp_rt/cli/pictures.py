@@ -7,7 +7,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +23,11 @@ from warp_rt.errors import OptionError
 from warp_rt.image.outputs import check_writable, planned_files
 from warp_rt.image.tone import check_display
 from warp_rt.options import RenderOptions
+from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
     from warp_rt.renderer import Renderer
-    from warp_rt.scene import Camera, Scene
+    from warp_rt.scene import Camera, Product, Scene
     from warp_rt.scene_source import SceneSource
 
 View = tuple["Scene", "str | Camera | None"]
@@ -40,9 +41,12 @@ class Shot:
     time: float | None
     """Time code; None: the stage's start, or its default time."""
     output: Path
+    aovs: tuple[str, ...]
+    product: Product | None = None
+    """Which it is of those that the render settings ask for; None: the command asks for it."""
 
 
-def plan_shots(frames: str | None, output: Path) -> list[Shot]:
+def plan_shots(frames: str | None, output: Path, aovs: tuple[str, ...]) -> list[Shot]:
     """Return a shot for each frame of a list such as ``1:24``, or the one of the stage's start.
 
     Raises:
@@ -50,10 +54,10 @@ def plan_shots(frames: str | None, output: Path) -> list[Shot]:
     """
     if frames is not None:
         codes = parse_frames(frames)
-        return [Shot(float(code), path) for code, path in zip(codes, numbered_files(output, codes), strict=True)]
+        return [Shot(float(code), path, aovs) for code, path in zip(codes, numbered_files(output, codes), strict=True)]
     if has_placeholder(output):
         raise OptionError(f"{output}: a placeholder for frames needs --frames")
-    return [Shot(None, output)]
+    return [Shot(None, output, aovs)]
 
 
 def make_pictures(
@@ -63,6 +67,7 @@ def make_pictures(
     shots: Sequence[Shot],
     view: Callable[[Scene], View],
     announce: Callable[[Scene], None] | None = None,
+    source: SceneSource | None = None,
 ) -> int:
     """Render the shots, write them, and tell; return the exit code.
 
@@ -73,10 +78,11 @@ def make_pictures(
         shots: What.
         view: Says what of a scene is seen.
         announce: Tells of a frame, before it is rendered.
+        source: The stage where it is open already.
     """
     check_display(args.exposure, args.tonemap)
     for shot in shots:
-        for path in planned_files(shot.output, args.aov).values():
+        for path in planned_files(shot.output, shot.aovs).values():
             check_writable(path)  # before any work whose result could not be kept
     import warp_rt.renderer  # noqa: F401  (loading Warp belongs to the start, not to a frame)
 
@@ -85,7 +91,7 @@ def make_pictures(
     frames = []
     previous = None
     begin = time.perf_counter()
-    run = _Run(args, options, open_stage(args), view, announce, voice)
+    run = _Run(args, options, source or open_stage(args), view, announce, voice)
     opening = time.perf_counter() - begin
     for index, shot in enumerate(shots):
         file = shot.output.name + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
@@ -124,22 +130,25 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
     from warp_rt.shutter import render_frame
 
     begin = time.perf_counter()
-    files = planned_files(shot.output, run.args.aov).values()
+    files = planned_files(shot.output, shot.aovs).values()
     args, voice = run.args, run.voice
     frame = read_stage(run.source, args, voice, time=shot.time, outputs=files)
     if run.announce is not None:
         run.announce(frame)
-    scene, camera = run.view(frame)
+    scene, camera = run.view(_as_product(frame, shot))
     load = time.perf_counter() - begin
-    told = dict.fromkeys(scene.diagnostics)
-    renderer = Renderer(scene, run.options, device=args.device, on_compile=voice.compiling, previous=previous)
+    notes = [] if shot.product else unmade_products(scene)
+    voice.diagnostics(notes)
+    told = dict.fromkeys([*scene.diagnostics, *notes])
+    options = replace(run.options, aovs=tuple(aov for aov in shot.aovs if aov != "alpha"))
+    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling, previous=previous)
 
     def view_at(moment: float) -> View:
         nonlocal load
         begin = time.perf_counter()
         at_moment = read_moment(run.source, args, voice, time=moment, frame=frame)
         told.update(dict.fromkeys(at_moment.diagnostics))
-        seen = run.view(at_moment)
+        seen = run.view(_as_product(at_moment, shot))
         load += time.perf_counter() - begin
         return seen
 
@@ -148,8 +157,20 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
     voice.diagnostics(renderer.diagnostics)
 
     write = time.perf_counter()
-    outputs = Image(film, exposure=args.exposure, tonemap=args.tonemap).save(shot.output, aovs=args.aov)
+    image = Image(film, exposure=args.exposure, tonemap=args.tonemap)
+    outputs = image.save(shot.output, aovs=shot.aovs, layers=shot.product.variables if shot.product else ())
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
     summary = frame_summary(renderer, film, outputs, seconds, [*told, *renderer.diagnostics])
     return {**summary, "moments": moments}, renderer
+
+
+def unmade_products(scene: Scene) -> list[Diagnostic]:
+    """Return notes on the products whose names and render vars count for nothing."""
+    message = "its productName and orderedVars count with --product only"
+    return [Diagnostic("N904", one.path, message) for one in scene.products if one.name or one.variables]
+
+
+def _as_product(scene: Scene, shot: Shot) -> Scene:
+    """Return the scene with the settings of a shot's product."""
+    return scene if shot.product is None else replace(scene, settings=shot.product.settings)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 from warp_rt.cli.parser import Parser, add_json, add_scene, names
 from warp_rt.cli.pictures import make_pictures, plan_shots
-from warp_rt.cli.render_arguments import add_machine, add_quality, add_view, render_options
+from warp_rt.cli.products import make_products
+from warp_rt.cli.render_arguments import add_machine, add_product, add_quality, add_view, render_options
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError
@@ -29,7 +30,8 @@ All flags of usdrecord are taken; --renderer knows our own names only. Where the
 is done: --disableGpu, --resolver, --traceToFile, --traceFormat, --memstats. Unlike usdrecord's, pictures are in sRGB
 with --disableGpu too.
 
-FRAMES is as in warp-rt render. OUT is written, also where the render settings' products have names of their own.
+FRAMES is as in warp-rt render. OUT is written, also where the render settings' products have names of their own;
+with --product the products are written instead, in the files that they name below the current folder.
 """
 _COLOR_MODES = {"sRGB": "srgb", "disabled": "raw"}
 
@@ -67,9 +69,8 @@ def parser() -> Parser:
     quality.add_argument("--depth", type=int, metavar="N", help="levels of the ray tree (default: 7)")
     add_quality(quality)
     picture = result.add_argument_group("what is written")
-    picture.add_argument(
-        "--aov", type=names, default=("color",), metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)"
-    )
+    add_product(picture)
+    picture.add_argument("--aov", type=names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
     picture.add_argument("--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG")
     add_machine(result)
     add_strict(result)
@@ -89,9 +90,9 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         args.integrator = args.renderer.lower()
     args.tonemap = _COLOR_MODES[args.color_mode]
     output = Path(args.output)
-    if args.frames is not None and "#" not in output.name:
+    if args.frames is not None and "#" not in output.name and args.product is None:
         raise OptionError(f"{output}: with --frames, the file name needs a placeholder, such as name.####.png")
-    options = render_options(args, depth=args.depth, aovs=args.aov)
+    options = render_options(args, depth=args.depth, aovs=args.aov or ("color",))
 
     def view(scene: Scene) -> tuple[Scene, Camera]:
         camera = _camera(scene, args.camera, options)
@@ -109,7 +110,11 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         terminal.info(f"Camera: {'framed' if is_framed else camera.path}")
         terminal.info(f"Recording time code: {'DEFAULT' if scene.time is None else f'{scene.time:g}'}")
 
-    return make_pictures(args, terminal, options, plan_shots(args.frames, output), view, announce)
+    if args.product is not None:
+        # Products have sizes of their own, which --imageWidth leaves as they are.
+        return make_products(args, terminal, replace(options, width=None, height=None), view, announce)
+    shots = plan_shots(args.frames, output, args.aov or ("color",))
+    return make_pictures(args, terminal, options, shots, view, announce)
 
 
 def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:

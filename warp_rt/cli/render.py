@@ -6,14 +6,19 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from warp_rt.cli.frames import parse_frames
 from warp_rt.cli.parser import Parser, add_json, add_scene, names
-from warp_rt.cli.pictures import Shot, make_pictures, plan_shots
-from warp_rt.cli.render_arguments import add_display, add_machine, add_quality, add_view, render_options
+from warp_rt.cli.pictures import Shot, View, make_pictures, plan_shots
+from warp_rt.cli.products import make_products
+from warp_rt.cli.render_arguments import add_display, add_machine, add_product, add_quality, add_view, render_options
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.options import AOVS
+
+if TYPE_CHECKING:
+    from warp_rt.scene import Scene
 
 _EPILOG = """\
 OUT decides by its extension: .exr holds every AOV as linear float; .png (straight alpha) and .jpg (over black) hold
@@ -25,6 +30,10 @@ file is ever left half written.
 FRAMES is a list of 123, 101:105, 105:101, 101:109x2 or 101:104x0.5; write --frames=-3:-1 where
 it begins with a minus. OUT then holds one placeholder for the frame's number, ### or ###.## where there are fractions.
 Without --frames, the stage's start time is rendered.
+
+--product makes what a RenderProduct of the stage's render settings asks for, or all of them: with the camera, the
+resolution and the data window that it says, the AOVs of its render vars (unless --aov says which), in the file that it
+names below the current folder, or in OUT. Without --product the first one says how pictures are made, not where.
 """
 
 
@@ -41,9 +50,8 @@ def parser() -> Parser:
     )
     add_quality(quality)
     picture = result.add_argument_group("what is written")
-    picture.add_argument(
-        "--aov", type=names, default=("color",), metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)"
-    )
+    add_product(picture)
+    picture.add_argument("--aov", type=names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
     add_display(picture)
     add_machine(result)
     add_strict(result)
@@ -53,12 +61,20 @@ def parser() -> Parser:
 
 def run(args: argparse.Namespace, terminal: Terminal) -> int:
     """Render, write, and tell; return the exit code."""
-    options = render_options(args, depth=args.depth, aovs=args.aov)
-    return make_pictures(args, terminal, options, _shots(args), lambda scene: (scene, args.camera))
+    options = render_options(args, depth=args.depth, aovs=args.aov or ("color",))
+
+    def view(scene: Scene) -> View:
+        return scene, args.camera
+
+    if args.product is not None:
+        output = Path(args.output) if args.output is not None else None
+        return make_products(args, terminal, options, view, output=output)
+    return make_pictures(args, terminal, options, _shots(args), view)
 
 
 def _shots(args: argparse.Namespace) -> list[Shot]:
     if args.output is not None:
-        return plan_shots(args.frames, Path(args.output))
+        return plan_shots(args.frames, Path(args.output), args.aov or ("color",))
     is_sequence = args.frames is not None and len(parse_frames(args.frames)) > 1
-    return plan_shots(args.frames, Path(f"{Path(args.scene).stem}{'.####' if is_sequence else ''}.png"))
+    name = f"{Path(args.scene).stem}{'.####' if is_sequence else ''}.png"
+    return plan_shots(args.frames, Path(name), args.aov or ("color",))

@@ -74,6 +74,16 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
     return when
 
 
+def add_product(group: argparse._ArgumentGroup) -> None:
+    """Add --product."""
+    group.add_argument(
+        "--product",
+        type=name,
+        metavar="PRODUCT",
+        help="make this RenderProduct (path or name), or all, in the files that they name",
+    )
+
+
 def add_quality(group: argparse._ArgumentGroup) -> None:
     """Add how it is traced, all but the depth."""
     group.add_argument(

@@ -155,6 +155,8 @@ class _Difference:
     prims: tuple[str, ...] = ()
     instance_paths: tuple[str, ...] = ()
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    data_window: tuple[int, int, int, int] | None = None
+    pixel_aspect_ratio: float = 1.0
 
 
 def _change(depth_before: int, before: FilmLike, after: FilmLike, tonemap: str) -> DepthChange:
@@ -164,6 +166,8 @@ def _change(depth_before: int, before: FilmLike, after: FilmLike, tonemap: str) 
     film = _Difference(
         {"color": difference, "alpha": np.ones_like(strength)},
         {**after.facts, "difference_from_depth": depth_before},
+        data_window=after.data_window,
+        pixel_aspect_ratio=after.pixel_aspect_ratio,
     )
     image = Image(film, exposure=_stops(changed), tonemap=tonemap)
     return DepthChange(image, changed.size / strength.size, float(strength.max()))

@@ -20,30 +20,59 @@ _SUFFIXES = {
     "color": ("R", "G", "B"),
     "alpha": ("A",),
     "depth": ("Z",),
+    "cameraDepth": ("Z",),
     "normal": ("X", "Y", "Z"),
+    "Neye": ("X", "Y", "Z"),
     "position": ("X", "Y", "Z"),
+    "Peye": ("X", "Y", "Z"),
     "uv": ("U", "V"),
 }
 _DEFAULT_LAYER = ("color", "alpha")  # without a prefix: every viewer shows R, G, B, A
 
 
-def channel_names(aov: str) -> tuple[str, ...]:
-    """Return the names of an AOV's channels: ``R G B``, ``A``, ``depth.Z``, ``normal.X ...``, ``primId.X``."""
-    suffixes = _SUFFIXES.get(aov, ("X",))
-    return suffixes if aov in _DEFAULT_LAYER else tuple(f"{aov}.{suffix}" for suffix in suffixes)
+def channels_of(aov: str, values: np.ndarray, layer: str) -> dict[str, np.ndarray]:
+    """Return the planes of an AOV by the names of its channels: ``R G B``, ``A``, ``depth.Z``, ``normal.X ...``.
+
+    Args:
+        aov: What it is, which says how its components are called.
+        values: float32, float16 or int32, shape [height, width] or [height, width, components].
+        layer: Its name in the file; empty: the layer that every viewer shows.
+    """
+    planes = values[..., None] if values.ndim == 2 else values
+    prefix = f"{layer}." if layer else ""
+    names = (prefix + suffix for suffix in _SUFFIXES.get(aov, ("X",)))
+    # The format has no signed integers: ids are unsigned, and -1 (nothing) becomes 4294967295, its bits unchanged.
+    bits = planes.view(np.uint32) if planes.dtype == np.int32 else planes
+    return {name: np.ascontiguousarray(bits[..., component]) for component, name in enumerate(names)}
 
 
-def write_exr(path: Path, aovs: Mapping[str, np.ndarray], *, software: str, metadata: Mapping[str, object]) -> None:
+def default_layer(aov: str) -> str:
+    """Return an AOV's layer where nobody names it: its own name, but for colour and alpha, which viewers show."""
+    return "" if aov in _DEFAULT_LAYER else aov
+
+
+def write_exr(
+    path: Path,
+    channels: Mapping[str, np.ndarray],
+    *,
+    software: str,
+    metadata: Mapping[str, object],
+    data_window: tuple[int, int, int, int] | None = None,
+    pixel_aspect_ratio: float = 1.0,
+) -> None:
     """Write an EXR file, whole or not at all.
 
-    Colour is premultiplied, linear Rec. 709, and has 32 bits, so that what is written is what was computed. The
-    format has no signed integers: ids are unsigned, and -1 (nothing) becomes 4294967295, its bits unchanged.
+    Colour is premultiplied, linear Rec. 709, and has 32 bits unless half is asked for, so that what is written is what
+    was computed.
 
     Args:
         path: The file.
-        aovs: By name: float32 or int32, shape [height, width] or [height, width, components], row 0 on top.
+        channels: Planes by name, shape [height, width], row 0 at the top; see ``channels_of``.
         software: Who made it, an attribute.
         metadata: Facts by name, attributes ``warp_rt:NAME`` of the type string, int or float.
+        data_window: Where the planes lie: x and y of their top left pixel in a picture, its width and height [pixel].
+            None: they are the picture.
+        pixel_aspect_ratio: Width by height of a pixel.
 
     Raises:
         OutputError: The file could not be written.
@@ -53,21 +82,25 @@ def write_exr(path: Path, aovs: Mapping[str, np.ndarray], *, software: str, meta
         "type": OpenEXR.scanlineimage,
         "chromaticities": _REC_709,
         "software": software,
+        "pixelAspectRatio": float(pixel_aspect_ratio),
     }
+    if data_window is not None:
+        x, y, width, height = data_window
+        rows, columns = next(iter(channels.values())).shape
+        header["dataWindow"] = _box(x, y, columns, rows)
+        header["displayWindow"] = _box(0, 0, width, height)
     for name, value in metadata.items():
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         text = str(value).encode("utf-8", "backslashreplace").decode()
         header[f"warp_rt:{name}"] = value if is_number else text
-    channels = {}
-    for aov, values in aovs.items():
-        planes = values[..., None] if values.ndim == 2 else values
-        for component, name in enumerate(channel_names(aov)):
-            plane = np.ascontiguousarray(planes[..., component])
-            channels[name] = plane.view(np.uint32) if plane.dtype == np.int32 else plane
     with replacing(path) as temporary:
         try:
-            with OpenEXR.File(header, channels) as file:
+            with OpenEXR.File(header, dict(channels)) as file:
                 file.write(os.fsencode(temporary))  # bytes: the name need not be valid Unicode
         except RuntimeError as error:  # the library's word for every failure
             reason = str(error).replace(str(temporary), path.name)
             raise OutputError(f"{path}: cannot write: {reason}") from error
+
+
+def _box(x: int, y: int, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([x, y], np.int32), np.array([x + width - 1, y + height - 1], np.int32)

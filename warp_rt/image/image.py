@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,13 +15,14 @@ import numpy as np
 from warp_rt.errors import OptionError, OutputError
 from warp_rt.image.atomic import write_bytes
 from warp_rt.image.color import display, unpremultiply
-from warp_rt.image.exr import write_exr
+from warp_rt.image.exr import channels_of, default_layer, write_exr
 from warp_rt.image.ids import encode_ids
 from warp_rt.image.jpeg import MAX_SIDE, encode_jpeg
 from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, picture_of, planned_files
 from warp_rt.image.png import encode_png, opaque
 from warp_rt.image.tone import check_display
 from warp_rt.options import COSTS
+from warp_rt.scene import RenderVar
 
 
 class FilmLike(Protocol):
@@ -46,6 +47,14 @@ class FilmLike(Protocol):
     @property
     def facts(self) -> Mapping[str, object]:
         """What the files' headers say about how it was made, such as source, camera, spp and seed."""
+
+    @property
+    def data_window(self) -> tuple[int, int, int, int] | None:
+        """x and y of its top left pixel in a picture, and that one's width and height [pixel]; None: it is all."""
+
+    @property
+    def pixel_aspect_ratio(self) -> float:
+        """Width by height of a pixel as it is to be shown."""
 
 
 class Image:
@@ -129,7 +138,13 @@ class Image:
         samples = self.film.facts.get("spp", 1)
         return cost_map(aov, self[aov], samples=samples if isinstance(samples, int) else 1)
 
-    def save(self, path: str | os.PathLike[str], *, aovs: Iterable[str] | None = None) -> tuple[Path, ...]:
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        aovs: Iterable[str] | None = None,
+        layers: Sequence[RenderVar] = (),
+    ) -> tuple[Path, ...]:
         """Write the picture, each file whole or not at all, and return the files, the picture first.
 
         The extension decides: ``.exr`` holds every AOV, linear; ``.png`` (straight alpha) and ``.jpg`` (over black)
@@ -139,6 +154,7 @@ class Image:
         Args:
             path: The picture's file.
             aovs: Which AOVs; None: all. EXR holds colour in any case; a PNG or JPEG of a single cost shows that.
+            layers: What an EXR holds instead, and how it is called; none: ``aovs``.
 
         Raises:
             OptionError: The extension is unknown, or there is nothing that the picture could show.
@@ -156,20 +172,43 @@ class Image:
                 write_bytes(file, self._encode_cost(kind.removesuffix(".png"), "png"))
             elif kind != "image":
                 write_bytes(file, _encode_npy(self[kind]))
-        self._save_picture(target, wanted)  # last: where it is, the rest is too
+        self._save_picture(target, wanted, layers)  # last: where it is, the rest is too
         return tuple(files.values())
 
-    def _save_picture(self, path: Path, wanted: tuple[str, ...]) -> None:
+    def _save_picture(self, path: Path, wanted: tuple[str, ...], layers: Sequence[RenderVar]) -> None:
         kind = format_of(path)
         if kind != "exr" and (shown := picture_of(path, wanted)) != "color":
             write_bytes(path, self._encode_cost(shown, kind))
         elif kind == "exr":
-            facts = {**self.film.facts, "colorspace": "linear Rec.709"}
-            write_exr(path, self.film.aovs, software=software(), metadata=facts)
+            write_exr(
+                path,
+                self._channels(layers),
+                software=software(),
+                metadata={**self.film.facts, "colorspace": "linear Rec.709"},
+                data_window=self.film.data_window,
+                pixel_aspect_ratio=self.film.pixel_aspect_ratio,
+            )
         elif kind == "jpeg":
             write_bytes(path, self._encode_jpeg(path))
         else:
             write_bytes(path, self._repr_png_())
+
+    def _channels(self, layers: Sequence[RenderVar]) -> dict[str, np.ndarray]:
+        """Return the planes of an EXR; of layers the first colour, with alpha, is the one that viewers show."""
+        channels: dict[str, np.ndarray] = {}
+        if not layers:
+            for aov, values in self.film.aovs.items():
+                channels |= channels_of(aov, values, default_layer(aov))
+            return channels
+        for layer in layers:
+            values = self[layer.aov]
+            if layer.is_half and values.dtype == np.float32:
+                values = values.astype(np.float16)
+            is_shown = layer.aov == "color" and "R" not in channels
+            channels |= channels_of(layer.aov, values, "" if is_shown or layer.aov == "alpha" else layer.layer)
+            if is_shown:
+                channels |= channels_of("alpha", self.alpha.astype(values.dtype), "")
+        return channels
 
     def _display_facts(self) -> dict[str, object]:
         colorspace = "sRGB" if self.tonemap == "srgb" else "linear Rec.709"

@@ -89,9 +89,9 @@ def load_stage(
         code = stage_time(stage, time, default_time, report)
         if pass_path is not None:
             settings_path = settings_of_pass(stage, pass_path, report)
-        settings, settings_purposes = read_settings(stage, report, settings_path)
-        chosen = {"default", *purposes} if purposes is not None else settings_purposes or DEFAULT_PURPOSES
-        materials = MaterialReader(stage, code, report)
+        terms = read_settings(stage, report, settings_path)
+        chosen = {"default", *purposes} if purposes is not None else terms.purposes or DEFAULT_PURPOSES
+        materials = MaterialReader(stage, code, report, terms.binding_purpose)
         base = code if base_time is None else Usd.TimeCode(base_time)
         reader = GprimReader(code, materials, report, level, base)
         stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
@@ -106,8 +106,9 @@ def load_stage(
         if base_time is None:
             cameras = without_idle_shutters(stage, cameras, code)
         report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
-        report_missing_camera(settings, cameras, report)
-        report_unused(settings, walk.render_prims, stage, report, pass_path)
+        for settings in {terms.settings: None, **{product.settings: None for product in terms.products}}:
+            report_missing_camera(settings, cameras, report)
+        report_unused(terms.settings, walk.render_prims, stage, report, pass_path)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"
             report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
@@ -124,7 +125,8 @@ def load_stage(
         lights=tuple(lights),
         domes=tuple(domes),
         cameras=tuple(cameras),
-        settings=settings,
+        settings=terms.settings,
+        products=terms.products,
         up_axis=up_axis,
         meters_per_unit=meters_per_unit,
         source=source,

@@ -46,20 +46,28 @@ _RENDER_CONTEXT = "warp_rt"
 
 
 class MaterialReader:
-    """Reads each bound material once, with its textures and images."""
+    """Reads each bound material once, with its textures and images.
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report) -> None:
+    Args:
+        stage: Of the materials.
+        time: When they are read.
+        report: Takes the diagnostics.
+        purpose: ``full`` or ``preview``, which fall back to bindings without a purpose, or empty for those alone.
+    """
+
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report, purpose: str = "full") -> None:
         self.materials: list[Material] = []
         """Rows of ``Scene.materials``."""
         self._images = ImageCache(report)
         self._inputs = InputReader(self._images, time, report)
         self._rows: dict[Sdf.Path, int] = {}
-        self._bound: dict[tuple[str, Bindings], int] = {}
-        """Row of the material of all prims with certain bindings, for a purpose."""
+        self._bound: dict[Bindings, int] = {}
+        """Row of the material of all prims with certain bindings."""
         self._displacements: dict[int, Displacement] = {}
         self._stage = stage
         self._time = time
         self._report = report
+        self._purpose = purpose
 
     @property
     def textures(self) -> list[Texture]:
@@ -79,21 +87,20 @@ class MaterialReader:
         """Return whether the image that an attribute names is to be decoded by the sRGB curve."""
         return self._images.is_srgb(row, attribute, prim)
 
-    def bind(self, prim: Usd.Prim, bindings: Bindings | None = None, *, purpose: str = "full") -> int:
+    def bind(self, prim: Usd.Prim, bindings: Bindings | None = None) -> int:
         """Return the row of the material that is bound to a gprim or GeomSubset.
 
         Args:
             prim: Whose binding counts, inherited and collection-based bindings included.
             bindings: What they say; None: they are read.
-            purpose: ``full`` or ``preview``, which fall back to bindings without a purpose, or empty for those alone.
         """
         said = read_bindings(prim) if bindings is None else bindings
         if not said:
             return self.display_color()
-        row = self._bound.get((purpose, said))
+        row = self._bound.get(said)
         if row is not None:
             return row
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(self._purpose)
         if not material:
             self._warn_dangling(prim)
             return self.display_color()
@@ -107,7 +114,7 @@ class MaterialReader:
                 self._displacements[row] = displacement
             self._rows[path] = row
         if is_shared(said):
-            self._bound[purpose, said] = self._rows[path]
+            self._bound[said] = self._rows[path]
         return self._rows[path]
 
     def displacement(self, row: int) -> Displacement | None:

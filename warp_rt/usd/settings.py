@@ -8,6 +8,7 @@ Reference: UsdRender schema documentation.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from pxr import Sdf, Usd, UsdRender, Vt
@@ -15,15 +16,15 @@ from pxr import Sdf, Usd, UsdRender, Vt
 from warp_rt.errors import SceneError
 from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE
 from warp_rt.report import Report
-from warp_rt.scene import Camera, Settings
+from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import numbers, shown
+from warp_rt.usd.render_vars import read_render_var
 
 MISSING_SETTINGS = "W521"
 IGNORED_SETTING = "W522"
 INVALID_SETTING = "W523"
 IGNORED_PRODUCT = "W524"
 UNUSED_RENDER_PRIM = "N903"
-UNREAD_PRODUCT = "N904"
 
 _METADATA = "renderSettingsPrimPath"
 _OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:lightSamples", "warp_rt:threshold")
@@ -42,10 +43,26 @@ _PASS_COLLECTIONS = {
     "matte": "nothing is matte",
 }
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
+_BINDING_PURPOSES = ("full", "preview", "")
+_REC_709 = ("", "lin_rec709_scene", "lin_rec709", "lin_srgb")  # names of the space that is rendered in
 
 
-def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> tuple[Settings, tuple[str, ...] | None]:
-    """Return what the stage's render settings ask for, and the purposes they include; None: they name none.
+@dataclass(frozen=True)
+class RenderTerms:
+    """What a stage's render settings ask for."""
+
+    settings: Settings = field(default_factory=Settings)
+    """With what the first product overrides."""
+    purposes: tuple[str, ...] | None = None
+    """Those that are included; None: they are not named."""
+    binding_purpose: str = "full"
+    """Material purpose that bindings without a purpose stand in for."""
+    products: tuple[Product, ...] = ()
+    """Raster products."""
+
+
+def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> RenderTerms:
+    """Return what the stage's render settings ask for.
 
     Render settings hold for all frames, so they are read at the default time, or the earliest.
 
@@ -59,29 +76,62 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
     """
     prim = _settings_prim(stage, report, path)
     if prim is None:
-        return Settings(), None
-    reader = _Reader(prim, report)
-    product = reader.product()
-    if product is not None:
-        reader.prims.insert(0, product)
+        return RenderTerms()
+    products = []
+    for product in _raster_products(prim, report):
+        reader = _Reader([product, prim], report)
+        reader.report_unknown()
+        targets = UsdRender.Product(product).GetOrderedVarsRel().GetForwardedTargets()
+        variables = (read_render_var(stage.GetPrimAtPath(target), target, report) for target in targets)
+        products.append(
+            Product(
+                str(product.GetPath()),
+                str(product.GetAttribute("productName").Get() or ""),
+                _settings_of(reader, prim),
+                tuple(variable for variable in variables if variable is not None),
+            )
+        )
+    reader = _Reader([prim], report)
     reader.report_unknown()
-    return (
-        Settings(
-            path=str(prim.GetPath()),
-            resolution=reader.resolution(),
-            pixel_aspect_ratio=reader.pixel_aspect_ratio(),
-            aspect_policy=reader.aspect_policy(),
-            camera=reader.camera(),
-            ambient=reader.color("warp_rt:ambient"),
-            background=reader.color("warp_rt:background"),
-            depth=reader.depth(),
-            threshold=reader.threshold(),
-            disables_depth_of_field=reader.truth("disableDepthOfField"),
-            light_samples=reader.light_samples(),
-            disables_motion_blur=reader.truth("disableMotionBlur"),
-            has_instantaneous_shutter=reader.truth("instantaneousShutter"),
-        ),
+    return RenderTerms(
+        products[0].settings if products else _settings_of(reader, prim),
         reader.purposes(),
+        reader.binding_purpose(),
+        tuple(products),
+    )
+
+
+def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
+    """Return the products that pictures can be made of; the others are reported."""
+    found = []
+    for path in UsdRender.Settings(settings).GetProductsRel().GetForwardedTargets():
+        product = UsdRender.Product(settings.GetStage().GetPrimAtPath(path))
+        kind = product.GetProductTypeAttr().Get() if product else ""
+        if not product:
+            report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct")
+        elif str(kind) != "raster":
+            report.warn(IGNORED_PRODUCT, path, f"the product type {kind!r} is not supported; ignored")
+        else:
+            found.append(product.GetPrim())
+    return found
+
+
+def _settings_of(reader: _Reader, prim: Usd.Prim) -> Settings:
+    return Settings(
+        path=str(prim.GetPath()),
+        resolution=reader.resolution(),
+        data_window=reader.data_window(),
+        pixel_aspect_ratio=reader.pixel_aspect_ratio(),
+        aspect_policy=reader.aspect_policy(),
+        camera=reader.camera(),
+        ambient=reader.color("warp_rt:ambient"),
+        background=reader.color("warp_rt:background"),
+        depth=reader.depth(),
+        threshold=reader.threshold(),
+        disables_depth_of_field=reader.truth("disableDepthOfField"),
+        light_samples=reader.light_samples(),
+        disables_motion_blur=reader.truth("disableMotionBlur"),
+        has_instantaneous_shutter=reader.truth("instantaneousShutter"),
     )
 
 
@@ -155,40 +205,15 @@ def report_unused(
 class _Reader:
     """Looks up the settings on the product, where authored there, then on the RenderSettings."""
 
-    def __init__(self, settings: Usd.Prim, report: Report) -> None:
-        self.prims = [settings]
-        self._settings = settings
+    def __init__(self, prims: Sequence[Usd.Prim], report: Report) -> None:
+        self._prims = prims
         self._report = report
 
-    def product(self) -> Usd.Prim | None:
-        """Return the first raster product; the others, which no image is made of, are reported."""
-        found = None
-        stage = self._settings.GetStage()
-        for path in UsdRender.Settings(self._settings).GetProductsRel().GetForwardedTargets():
-            product = UsdRender.Product(stage.GetPrimAtPath(path))
-            if not product:
-                self._report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct")
-            elif str(product.GetProductTypeAttr().Get()) != "raster":
-                kind = product.GetProductTypeAttr().Get()
-                self._report.warn(IGNORED_PRODUCT, path, f"the product type {kind!r} is not supported; ignored")
-            elif found is None:
-                found = product.GetPrim()
-            else:
-                self._report.warn(IGNORED_PRODUCT, path, "only the first raster product is made; this one is ignored")
-        return found
-
     def report_unknown(self) -> None:
-        """Report what the file is to be called and to hold, which the caller says, and settings that we do not have."""
-        for prim in self.prims:
-            if prim.IsA(UsdRender.Product):
-                name = prim.GetAttribute("productName").Get()
-                has_vars = prim.GetRelationship("orderedVars").HasAuthoredTargets()
-                if name or has_vars:
-                    message = "productName and orderedVars are not read: the caller says which files and AOVs are made"
-                    self._report.warn(UNREAD_PRODUCT, prim.GetPath(), message)
-            for attribute in prim.GetAuthoredPropertiesInNamespace("warp_rt"):
-                if attribute.GetName() not in _OWN_TERMS:
-                    self._report.warn(IGNORED_SETTING, attribute.GetPath(), "there is no such setting; ignored")
+        """Report settings of ours that there are not."""
+        for attribute in self._prims[0].GetAuthoredPropertiesInNamespace("warp_rt"):
+            if attribute.GetName() not in _OWN_TERMS:
+                self._report.warn(IGNORED_SETTING, attribute.GetPath(), "there is no such setting; ignored")
 
     def resolution(self) -> tuple[int, int] | None:
         """Return width and height where authored."""
@@ -219,7 +244,7 @@ class _Reader:
 
     def camera(self) -> str | None:
         """Return the camera's path."""
-        for prim in self.prims:
+        for prim in self._prims:
             targets = prim.GetRelationship("camera").GetForwardedTargets()
             if len(targets) > 1:
                 self._report.warn(INVALID_SETTING, prim.GetPath(), "names several cameras; the first is used")
@@ -265,26 +290,47 @@ class _Reader:
         found = self._numbers(name, 1)
         return found is not None and bool(found[0])
 
+    def data_window(self) -> tuple[float, float, float, float]:
+        """Return left, bottom, right and top of what is made, as shares of the picture's sides."""
+        found = self._numbers("dataWindowNDC", 4)
+        if found is None:
+            return _WHOLE_WINDOW
+        left, bottom, right, top = found
+        if left < right and bottom < top:
+            return left, bottom, right, top
+        self._invalid("dataWindowNDC", "a window without area")
+        return _WHOLE_WINDOW
+
     def purposes(self) -> tuple[str, ...] | None:
-        """Return includedPurposes where authored, and report the settings that nothing is made of."""
-        window = self._numbers("dataWindowNDC", 4)
-        if window is not None and window != _WHOLE_WINDOW:
-            self._ignored("dataWindowNDC", "the whole image is made")
+        """Return includedPurposes where authored."""
         space = self._value("renderingColorSpace")
-        if space is not None and str(space):
+        if space is not None and str(space) not in _REC_709:
             self._ignored("renderingColorSpace", "colours are linear Rec. 709")
-        purposes = self._value("materialBindingPurposes")
-        if purposes is not None and purposes != Vt.TokenArray(["full", ""]):
-            self._ignored("materialBindingPurposes", "materials bound for the purpose full are used")
-        purposes = self._value("includedPurposes")
-        if purposes is None or isinstance(purposes, Vt.TokenArray | Vt.StringArray):
-            return None if purposes is None else tuple(str(purpose) for purpose in purposes)
-        self._invalid("includedPurposes", f"{shown(purposes)} is no array of tokens")
+        return self._tokens("includedPurposes")
+
+    def binding_purpose(self) -> str:
+        """Return the material purpose that counts before bindings without a purpose."""
+        purposes = self._tokens("materialBindingPurposes")
+        if purposes is None:
+            return "full"
+        first = purposes[0] if purposes else ""
+        if purposes != tuple(dict.fromkeys((first, ""))) or first not in _BINDING_PURPOSES:
+            instead = f"materials bound for {first!r}, else for all purposes, are used"
+            first = first if first in _BINDING_PURPOSES else "full"
+            self._ignored("materialBindingPurposes", instead)
+        return first
+
+    def _tokens(self, name: str) -> tuple[str, ...] | None:
+        """Return an array of tokens where authored."""
+        value = self._value(name)
+        if value is None or isinstance(value, Vt.TokenArray | Vt.StringArray):
+            return None if value is None else tuple(str(token) for token in value)
+        self._invalid(name, f"{shown(value)} is no array of tokens")
         return None
 
     def _value(self, name: str) -> Any:
         """Return the strongest authored value; None where nothing is authored."""
-        for prim in self.prims:
+        for prim in self._prims:
             attribute = prim.GetAttribute(name)
             if attribute and attribute.HasAuthoredValue():
                 value = attribute.Get()
@@ -300,7 +346,7 @@ class _Reader:
         return found
 
     def _invalid(self, name: str, why: str) -> None:
-        self._report.warn(INVALID_SETTING, self._settings.GetPath(), f"{name}: {why}; ignored")
+        self._report.warn(INVALID_SETTING, self._prims[-1].GetPath(), f"{name}: {why}; ignored")
 
     def _ignored(self, name: str, instead: str) -> None:
-        self._report.warn(IGNORED_SETTING, self._settings.GetPath(), f"{name} is not supported; {instead}")
+        self._report.warn(IGNORED_SETTING, self._prims[-1].GetPath(), f"{name} is not supported; {instead}")

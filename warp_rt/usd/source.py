@@ -11,8 +11,9 @@ from dataclasses import replace
 from pxr import Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Scene
+from warp_rt.scene import Product, Scene
 from warp_rt.usd.load import load_stage
+from warp_rt.usd.settings import read_settings, settings_of_pass
 from warp_rt.usd.stage import captured_warnings, open_stage
 
 
@@ -55,6 +56,8 @@ class StageSource:
             with captured_warnings(report):
                 self._stage, self._source = open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
         self._told = tuple(report)
+        self._is_own = not isinstance(path_or_stage, Usd.Stage)  # so that nobody changes it meanwhile
+        self._latest: tuple[float | None, Scene] | None = None
         self._default_time = default_time
         self._purposes = purposes
         self._settings_path = settings_path
@@ -62,8 +65,19 @@ class StageSource:
         self._level = level
         self._draw_modes = draw_modes
 
+    def products(self) -> tuple[Product, ...]:
+        """Return the products of the render settings, of which ``scene`` tells what is odd."""
+        report = Report()
+        with captured_warnings(report):
+            path = self._settings_path
+            if self._pass_path is not None:
+                path = settings_of_pass(self._stage, self._pass_path, report)
+            return read_settings(self._stage, report, path).products
+
     def scene(self, time: float | None = None, *, base_time: float | None = None) -> Scene:
         """Return the scene at a time; arguments and errors as ``load_stage`` has them."""
+        if self._latest is not None and base_time is None and self._latest[0] == time:
+            return self._latest[1]  # another picture of the same frame
         scene = load_stage(
             self._stage,
             time=time,
@@ -75,4 +89,7 @@ class StageSource:
             draw_modes=self._draw_modes,
             base_time=base_time,
         )
-        return replace(scene, source=self._source, diagnostics=(*self._told, *scene.diagnostics))
+        scene = replace(scene, source=self._source, diagnostics=(*self._told, *scene.diagnostics))
+        if base_time is None and self._is_own:
+            self._latest = time, scene
+        return scene

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""``--product``: the pictures that the render settings ask for, in the files that they name."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
+from warp_rt.cli.parser import near_matches
+from warp_rt.cli.pictures import Shot, View, make_pictures
+from warp_rt.cli.stage_input import open_stage
+from warp_rt.cli.terminal import Terminal
+from warp_rt.errors import OptionError, OutputError, SceneError
+from warp_rt.image.outputs import FORMATS
+from warp_rt.options import RenderOptions
+from warp_rt.report import Diagnostic
+
+if TYPE_CHECKING:
+    from warp_rt.scene import Product, Scene
+
+ALL = "all"
+OTHER_NAME = "N904"
+
+
+def make_products(
+    args: argparse.Namespace,
+    terminal: Terminal,
+    options: RenderOptions,
+    view: Callable[[Scene], View],
+    announce: Callable[[Scene], None] | None = None,
+    output: Path | None = None,
+) -> int:
+    """Make the products that ``--product`` names; return the exit code.
+
+    Args:
+        args: Of a parser that has ``render_arguments``.
+        terminal: Takes what is told.
+        options: How.
+        view: See ``make_pictures``.
+        announce: Likewise.
+        output: File of the one product that is chosen; None: each has the name that the stage gives it.
+    """
+    source = open_stage(args)
+    shots, notes = product_shots(source.products(), args.product, args.frames, args.aov, output)
+    terminal.diagnostics(notes)
+    make_folders(shots)
+    return make_pictures(args, terminal, options, shots, view, announce, source)
+
+
+def product_shots(
+    products: Sequence[Product],
+    chosen: str,
+    frames: str | None = None,
+    aovs: tuple[str, ...] | None = None,
+    output: Path | None = None,
+) -> tuple[list[Shot], list[Diagnostic]]:
+    """Return the pictures of products, and what is to be told about their files.
+
+    Args:
+        products: Of the render settings.
+        chosen: Path or name of one, or ``all``.
+        frames: Time codes, as ``--frames`` has them.
+        aovs: What they hold; None: their render vars.
+        output: File of the one product that is chosen; None: each has the name that the stage gives it.
+
+    Raises:
+        OptionError: ``frames`` cannot be read, or ``output`` is one file for several pictures.
+        OutputError: Two pictures would be one file.
+        SceneError: There is no such product.
+    """
+    found = [product for product in products if chosen in (ALL, product.path, product.path.rsplit("/", 1)[-1])]
+    if not found:
+        paths = [product.path for product in products]
+        hint = near_matches(chosen, paths) or f"; there are {', '.join(paths)}" if paths else "; there is none"
+        raise SceneError(f"--product: the render settings name no raster product {chosen!r}{hint}")
+    if output is not None and len(found) > 1:
+        raise OptionError(f"--product: {output} is one file for {len(found)} products; leave it out")
+    shots, notes = [], []
+    for product in found:
+        if aovs is not None:
+            product = replace(product, variables=())
+        held = aovs or tuple(dict.fromkeys(variable.aov for variable in product.variables)) or ("color",)
+        path = output
+        if path is None:
+            path = product_file(product, has_color="color" in held)
+            if path.as_posix() != product.name:
+                asked = f"productName {product.name!r}" if product.name else "no productName"
+                notes.append(Diagnostic(OTHER_NAME, product.path, f"{asked}: written as {path}"))
+        shots += _numbered(path, frames, held, product)
+    files = [shot.output for shot in shots]
+    for file in files:
+        if files.count(file) > 1:
+            raise OutputError(f"{file}: more than one picture would have this name")
+    return shots, notes
+
+
+def product_file(product: Product, *, has_color: bool) -> Path:
+    """Return where a product goes, relative to the current folder.
+
+    A stage may come from anywhere, so that it does not decide about files elsewhere: of a name that leads out of the
+    folder, the last part counts. Where its extension is no format that can be written, or that holds no more than a
+    colour which there is not, EXR is.
+    """
+    name = PurePosixPath(re.sub(r"^[A-Za-z]:", "", product.name.replace("\\", "/")))
+    if name.is_absolute() or ".." in name.parts:
+        name = PurePosixPath(name.name)
+    if not name.name or name.name == "..":
+        name = PurePosixPath(product.path.rsplit("/", 1)[-1])
+    if name.suffix.lower() not in FORMATS or (not has_color and name.suffix.lower() != ".exr"):
+        name = name.with_name(f"{name.name}.exr")
+    return Path(name)
+
+
+def make_folders(shots: Sequence[Shot]) -> None:
+    """Make the folders that products name.
+
+    Raises:
+        OutputError: One cannot be made.
+    """
+    for folder in {shot.output.parent for shot in shots}:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from error
+
+
+def _numbered(path: Path, frames: str | None, aovs: tuple[str, ...], product: Product) -> list[Shot]:
+    """Return a shot for each frame; without a placeholder in the name its number goes before the extension."""
+    if frames is None:
+        return [Shot(None, path.with_name(path.name.replace("#", "0")), aovs, product)]
+    codes = parse_frames(frames)
+    if not has_placeholder(path) and len(codes) > 1:
+        path = path.with_name(f"{path.stem}.####{path.suffix}")
+    files = numbered_files(path, codes)
+    return [Shot(float(code), file, aovs, product) for code, file in zip(codes, files, strict=True)]
