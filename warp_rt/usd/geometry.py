@@ -47,7 +47,7 @@ def _read_other(source: Source, report: Report, level: int) -> MeshSource | None
     prim, _, skin, time, carried_to = source
     kind = prim.GetTypeName()
     if kind in curves.TYPES:
-        return curves.read_shapes(prim, time, report, skin, carried_to)
+        return curves.read_shapes(prim, time, report, skin=skin, level=level, carried_to=carried_to)
     if kind == "TetMesh":
         return read_tet_mesh(prim, time, report, skin, carried_to)
     return read_nurbs_patch(prim, time, report, skin=skin, level=level, carried_to=carried_to)
