@@ -161,7 +161,12 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         "asset model:cardTextureXPos = @DIR/good.png@\n}",
         {"/x"},
     ),
-    "W133": ('def Xform "x" (prepend apiSchemas = ["ColorSpaceAPI"]) {}', {"/x"}),
+    "W133": (
+        'def Xform "x" (prepend apiSchemas = ["LODRootAPI"]) {\nrel lod:heuristics = </r>\n'
+        'rel lod:levels = [</x/a>]\ndef Sphere "a" {}\n}\n'
+        'def LODDistanceHeuristic "r" {\nuniform token lod:domain = "imaging"\n}',
+        {"/x"},
+    ),
     "W140": ('def Sphere "s" { double radius = 0 }', {"/s"}),
     "W141": (patch("double[] pointWeights = [1]"), {"/p"}),
     "W142": (patch("int[] trimCurve:counts = [1]"), {"/p"}),
@@ -169,7 +174,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W202": (textured(ST + "asset inputs:file = @DIR/bad.png@"), {"/M/T"}),
     "W203": (textured(ST + "asset inputs:file = @DIR/t.<UDIM>.png@"), {"/M/T"}),
     "W204": (textured(ST + 'asset inputs:file = @DIR/good.png@\ntoken inputs:wrapS = "twice"'), {"/M/T"}),
-    "W205": (textured(ST + 'asset inputs:file = @DIR/good.png@ (colorSpace = "ACEScg")'), {"/M/T"}),
+    "W205": (textured(ST + 'asset inputs:file = @DIR/good.png@ (colorSpace = "ADX10")'), {"/M/T"}),
     "W206": (textured("asset inputs:file = @DIR/good.png@"), {"/M/T"}),
     "W301": (bound(shader("NobodysSurface")), {"/M/S"}),
     "W302": (bound(shader("ND_standard_surface_surfaceshader")), {"/M/S"}),

@@ -26,8 +26,8 @@ class _NoImages:
         self.loaded.append(asset.path)
         return 7
 
-    def is_srgb(self, row, attribute, prim):
-        return True
+    def decoded(self, row, attribute, prim):
+        return row, True
 
 
 def _stage(body):

@@ -438,9 +438,22 @@ def test_misspelt_inputs_of_our_own_surface_are_named():
     assert (codes, set(material.inputs)) == (["W311"], {"diffuse"})
 
 
-@pytest.mark.parametrize(("space", "expected"), [("srgb_texture", ["W205"]), ("acescg", ["W205"]), ("lin_rec709", [])])
-def test_colours_in_other_spaces_are_named(space, expected):
+@pytest.mark.parametrize(
+    ("space", "expected", "codes"),
+    [
+        ("srgb_texture", (0.214041, 0.050876, 1.0), []),
+        ("g22_rec709", (0.5**2.2, 0.25**2.2, 1.0), []),
+        ("acescg", (0.664680, 0.206060, 1.075600), []),
+        ("lin_rec709", (0.5, 0.25, 1.0), []),
+        ("raw", (0.5, 0.25, 1.0), []),
+        ("ARRI LogC4", (0.5, 0.25, 1.0), ["W205"]),
+    ],
+)
+def test_colours_in_other_spaces_become_linear(space, expected, codes):
     body = f'color3f inputs:diffuseColor = (0.5, 0.25, 1) (colorSpace = "{space}")'
-    material, _, codes = _read(_material(f'uniform token info:id = "UsdPreviewSurface"\n{body}'))
-    assert _value(material, "diffuseColor")[:3] == (0.5, 0.25, 1)
-    assert codes == expected
+    material, _, found = _read(_material(f'uniform token info:id = "UsdPreviewSurface"\n{body}'))
+    if space == "acescg":  # the AP1 to Rec. 709 matrix of ACES, D60 adapted to D65
+        matrix = [(1.70505, -0.62179, -0.08326), (-0.13026, 1.14080, -0.01055), (-0.02400, -0.12897, 1.15297)]
+        expected = np.array(matrix) @ (0.5, 0.25, 1)
+    np.testing.assert_allclose(_value(material, "diffuseColor")[:3], expected, atol=5e-4)
+    assert found == codes

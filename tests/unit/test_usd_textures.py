@@ -113,11 +113,20 @@ def test_color_space(tmp_path, channels, token, is_srgb):
 
 @pytest.mark.parametrize(
     ("name", "is_srgb", "codes"),
-    [("raw", False, []), ("lin_rec709", False, []), ("srgb_texture", True, []), ("ACEScg", True, ["W205"])],
+    [("raw", False, []), ("lin_rec709", False, []), ("srgb_texture", True, []), ("ADX10", True, ["W205"])],
 )
 def test_color_space_of_the_asset(image, name, is_srgb, codes):
     _, texture, _, found = _texture(f'asset inputs:file = @{image}@ (colorSpace = "{name}")\n{ST}')
     assert (texture.is_srgb, found) == (is_srgb, codes)
+
+
+def test_images_of_other_primaries_become_linear_rec709(image):
+    _, texture, images, codes = _texture(f'asset inputs:file = @{image}@ (colorSpace = "srgb_displayp3")\n{ST}')
+    assert (texture.image, texture.is_srgb, codes) == (1, False, [])
+    linear = ((np.array([50, 255, 0]) / 255 + 0.055) / 1.055) ** 2.4
+    linear[2] = 0.0
+    matrix = [(1.22494, -0.22494, 0.0), (-0.04206, 1.04206, 0.0), (-0.01964, -0.07864, 1.09828)]
+    np.testing.assert_allclose(images[1].pixels[1, 1], [*(np.array(matrix) @ linear), 1.0], atol=2e-4)
 
 
 @pytest.mark.parametrize(

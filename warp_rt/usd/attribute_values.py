@@ -9,9 +9,11 @@ import reprlib
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from pxr import Sdf, Usd
 
 from warp_rt.report import Report
+from warp_rt.usd.color_spaces import color_space_of
 
 # A matrix, the largest value that any input holds, has 16 numbers; arrays are never read through here.
 _MAX_NUMBERS = 16
@@ -86,6 +88,13 @@ class AttributeReader:
         what = f"{len(default)} finite numbers" if len(default) > 1 else "a finite number"
         self._replace(name, value, f"not {what}", ", ".join(f"{number:g}" for number in fallback))
         return fallback
+
+    def color(self, name: str, default: tuple[float, float, float]) -> tuple[float, ...]:
+        """Return a colour as linear Rec. 709; ``default`` where neither stage nor schema has a value."""
+        found = self.vector(name, default)
+        attribute = self._prim.GetAttribute(name)
+        space = color_space_of(attribute, self._report) if attribute and attribute.HasAuthoredValue() else None
+        return tuple(space.to_linear(np.array(found)).tolist()) if space else found
 
     def token(self, name: str, default: str, allowed: Sequence[str] = ()) -> str:
         """Return a token or string.

@@ -235,7 +235,7 @@ class StandInReader:
 
     def _card_material(self, prim: Usd.Prim, texture: Usd.Attribute, color: tuple[float, ...]) -> int:
         image = self._materials.image(texture.Get(self._time), prim)
-        is_srgb = self._materials.is_srgb(image, texture, prim.GetPath())
+        image, is_srgb = self._materials.decoded(image, texture, prim.GetPath())
         key = (image, is_srgb, color)
         if key not in self._card_materials:
             row = self._materials.add_texture(

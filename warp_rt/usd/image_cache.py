@@ -12,17 +12,12 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Image
+from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE, ColorSpace, color_space
 from warp_rt.usd.image_files import MAX_TEXELS, ImageFile, read_image_file
 
 MISSING_FILE = "W201"
 UNREADABLE_FILE = "W202"
 UDIM_TILES = "W203"
-UNKNOWN_COLOR_SPACE = "W205"
-
-_SRGB_SPACES = frozenset({"srgb", "srgb_texture", "srgb_rec709_scene", "srgb_rec709_display", "srgb - texture"})
-_LINEAR_SPACES = frozenset(
-    {"raw", "data", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb", "linear rec.709 (srgb)", "identity"}
-)
 
 
 class ImageCache:
@@ -33,6 +28,7 @@ class ImageCache:
         """Rows of ``Scene.images``."""
         self._is_srgb: list[bool] = []
         self._rows: dict[str, int | str] = {}
+        self._converted: dict[tuple[int, ColorSpace], int] = {}
         self._atlases: dict[str, tuple[int, np.ndarray]] = {}
         self._report = report
 
@@ -77,28 +73,36 @@ class ImageCache:
             self._atlases[paths[0][0]] = self._join_tiles(paths, asset, prim)
         return self._atlases[paths[0][0]]
 
-    def is_srgb_by_default(self, row: int) -> bool:
-        """Return what ``sourceColorSpace = "auto"`` says for a row; -1 is not sRGB."""
-        return row >= 0 and self._is_srgb[row]
+    def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
+        """Return the row of an image to read, and whether to decode it by the sRGB curve.
 
-    def is_srgb(self, row: int, attribute: Usd.Attribute | None, prim: object) -> bool:
-        """Return whether an image is sRGB: by its attribute's ``colorSpace`` where it has one, else by default."""
-        name = str(attribute.GetColorSpace()) if attribute and attribute.HasColorSpace() else ""
-        if name.lower() in _SRGB_SPACES:
-            return True
-        if name.lower() in _LINEAR_SPACES:
-            return False
-        if name and name != "auto":
-            message = f"the colour space {name!r} is not supported; read as if none was named"
-            self._report.warn(UNKNOWN_COLOR_SPACE, prim, message)
-        return self.is_srgb_by_default(row)
+        That is said by the ``colorSpace`` of the attribute that names the image, else by the file: 8 bits a channel and
+        at least three channels are sRGB. An image in a space of other primaries, or another curve, gets a row of its
+        own in linear Rec. 709.
 
-    def check_constant(self, attribute: Usd.Attribute) -> None:
-        """Report a colour that is authored in another space than the one it is read in."""
+        Args:
+            row: As ``load`` gives it.
+            attribute: Where the image is named.
+            prim: Whom diagnostics are about.
+        """
+        if row < 0:
+            return row, False
         name = str(attribute.GetColorSpace()) if attribute.HasColorSpace() else ""
-        if name and name.lower() not in (*_LINEAR_SPACES, "auto"):
-            message = f"the colour space {name!r} of a value is not supported; read as linear Rec. 709"
-            self._report.warn(UNKNOWN_COLOR_SPACE, attribute.GetPath(), message)
+        if not name or name == "auto":
+            return row, self._is_srgb[row]
+        space = color_space(name)
+        if space is None:
+            message = f"the colour space {name!r} of an image is not known; read as if none was named"
+            self._report.warn(UNKNOWN_COLOR_SPACE, prim, message)
+            return row, self._is_srgb[row]
+        if space.is_linear_rec709 or space.is_srgb:
+            return row, space.is_srgb
+        if (row, space) not in self._converted:
+            image = self.images[row]
+            pixels = image.pixels.astype(np.float32) / (255 if image.pixels.dtype == np.uint8 else 1)
+            pixels[..., :3] = space.to_linear(pixels[..., :3])
+            self._converted[row, space] = self._add(image.path, ImageFile(pixels, 4))
+        return self._converted[row, space], False
 
     def _add(self, path: str, file: ImageFile) -> int:
         self.images.append(Image(path, file.pixels))

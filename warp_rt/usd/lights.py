@@ -59,8 +59,8 @@ class Images(Protocol):
     def image(self, asset: Sdf.AssetPath, prim: Usd.Prim) -> int:
         """Return the row of an image, or -1."""
 
-    def is_srgb(self, row: int, attribute: Usd.Attribute, prim: object) -> bool:
-        """Return whether the image of an attribute is to be decoded by the sRGB curve."""
+    def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
+        """Return the row to read of the image of an attribute, and whether to decode it by the sRGB curve."""
 
 
 def is_light(prim: Usd.Prim) -> bool:
@@ -114,7 +114,7 @@ def _emission(attributes: AttributeReader) -> np.ndarray:
     """Return intensity * 2^exposure * color * temperature, before normalisation: shape [3]."""
     intensity = attributes.number("inputs:intensity", 1.0)
     exposure = attributes.number("inputs:exposure", 0.0)
-    color = np.array(attributes.vector("inputs:color", (1.0, 1.0, 1.0)))
+    color = np.array(attributes.color("inputs:color", (1.0, 1.0, 1.0)))
     if attributes.truth("inputs:enableColorTemperature", False):
         temperature = attributes.number("inputs:colorTemperature", 6500.0)
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(temperature))
@@ -199,7 +199,7 @@ def _read_shape(
 
 def _shadow(attributes: AttributeReader) -> Shadow:
     """Return what ShadowAPI says, where it is applied or authored; a distance below 0 and a falloff of 0 are none."""
-    red, green, blue = attributes.vector("inputs:shadow:color", (0.0, 0.0, 0.0))
+    red, green, blue = attributes.color("inputs:shadow:color", (0.0, 0.0, 0.0))
     distance = attributes.number("inputs:shadow:distance", -1.0)
     falloff = attributes.number("inputs:shadow:falloff", -1.0)
     gamma = attributes.number("inputs:shadow:falloffGamma", 1.0)
@@ -312,7 +312,7 @@ def _read_dome(
         layout = attributes.token("inputs:texture:format", "automatic")
         if layout in ("automatic", "latlong"):
             image = images.image(asset, prim)
-            is_srgb = images.is_srgb(image, prim.GetAttribute("inputs:texture:file"), path)
+            image, is_srgb = images.decoded(image, prim.GetAttribute("inputs:texture:file"), path)
         else:
             report.warn(DOME_LAYOUT, path, f"the texture format {layout!r} is not supported; the dome is uniform")
     diffuse, specular = _multipliers(attributes)

@@ -18,12 +18,13 @@ from pxr import Usd
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.mesh import INVALID_VALUE
-from warp_rt.usd.schemas import UNSUPPORTED_SCHEMA
 
 Override = tuple[str, float]
 """What an LODOverrideAPI says: the mode, and the index of mode ``indexedLOD``."""
 
 NO_OVERRIDE: Override = ("noOverride", 0.0)
+UNASKED_HEURISTICS = "W133"
+
 _MODES = ("inherited", "noOverride", "indexedLOD", "noLOD", "allLOD")
 _DOMAIN = "imaging"
 
@@ -61,7 +62,7 @@ def drawn_items(
     chosen = min(max(math.floor(index + 0.5), 0), len(names) - 1)
     if mode == "noOverride" and _has_heuristics(prim, time):
         message = f"lod:heuristics are not asked: level {chosen}, {names[chosen]}, is drawn"
-        report.warn(UNSUPPORTED_SCHEMA, prim.GetPath(), message)
+        report.warn(UNASKED_HEURISTICS, prim.GetPath(), message)
     return frozenset(names[chosen : chosen + 1])
 
 

@@ -83,9 +83,9 @@ class MaterialReader:
         """Return the row of an image; -1, with a diagnostic about ``prim``, where it cannot be read."""
         return self._images.load(asset, prim.GetPath())
 
-    def is_srgb(self, row: int, attribute: Usd.Attribute, prim: object) -> bool:
-        """Return whether the image that an attribute names is to be decoded by the sRGB curve."""
-        return self._images.is_srgb(row, attribute, prim)
+    def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
+        """Return the row to read of the image that an attribute names, and whether to decode it by the sRGB curve."""
+        return self._images.decoded(row, attribute, prim)
 
     def bind(self, prim: Usd.Prim, bindings: Bindings | None = None) -> int:
         """Return the row of the material that is bound to a gprim or GeomSubset.

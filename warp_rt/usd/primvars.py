@@ -15,6 +15,7 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
 from warp_rt.usd.arrays import float_rows
+from warp_rt.usd.color_spaces import color_space_of
 
 WRONG_LENGTH = "W106"
 BAD_INDEX = "W107"
@@ -247,4 +248,7 @@ def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.
     if is_bad.any():
         report.warn(NOT_FINITE, prim, f"{primvar.GetName()}: {is_bad.sum()} values that are not finite count as zero")
         values = np.where(is_bad[:, None], np.float32(0), values)
+    space = color_space_of(primvar.GetAttr(), report)
+    if space and values.shape[1] >= 3:
+        values = np.concatenate([space.to_linear(values[:, :3]).astype(np.float32), values[:, 3:]], axis=1)
     return values

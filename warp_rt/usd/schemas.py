@@ -11,13 +11,8 @@ from pxr import Usd, UsdGeom, UsdSemantics
 
 from warp_rt.report import Report
 
-UNSUPPORTED_SCHEMA = "W133"
 MOTION_SCALE = "W423"
 
-# What applied schemas would change, and what happens instead.
-_IGNORED_SCHEMAS = {
-    "ColorSpaceAPI": "colours are read as linear Rec. 709",
-}
 _LABELS = "SemanticsLabelsAPI:"
 
 
@@ -43,12 +38,8 @@ def read_traits(prim: Usd.Prim) -> TypeTraits:
 
 def report_ignored(prim: Usd.Prim, schemas: Sequence[str], report: Report) -> None:
     """Report the applied schemas that do not count."""
-    for schema in schemas:
-        if schema in _IGNORED_SCHEMAS:
-            message = f"{schema} is not supported: {_IGNORED_SCHEMAS[schema]}"
-            report.warn(UNSUPPORTED_SCHEMA, prim.GetPath(), message)
-        elif schema == "MotionAPI":
-            _report_motion_scales(prim, report)
+    if "MotionAPI" in schemas:
+        _report_motion_scales(prim, report)
 
 
 def _report_motion_scales(prim: Usd.Prim, report: Report) -> None:

@@ -19,6 +19,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture, Wrap
 from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.shading_network import (
     WRONG_TYPE,
@@ -103,7 +104,9 @@ class InputReader:
         if found is None or len(found) not in (1, 3, 4):
             self._report.warn(WRONG_TYPE, source.GetPath(), f"not {count} finite numbers; the default is used")
             return None
-        self._images.check_constant(source)
+        space = color_space_of(source, self._report)
+        if space and len(found) >= 3:
+            found = (*space.to_linear(np.array(found[:3])).tolist(), *found[3:])
         return Input(value=_components(found, count))
 
     def add(self, texture: Texture) -> int:
@@ -222,7 +225,7 @@ class InputReader:
         else:
             image = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
         if color_space == "auto":
-            is_srgb = self._images.is_srgb(image, attribute if image >= 0 else None, prim)
+            image, is_srgb = self._images.decoded(image, attribute, prim) if image >= 0 else (image, False)
         else:
             is_srgb = color_space == "sRGB"
             if color_space not in ("sRGB", "raw"):
