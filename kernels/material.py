@@ -354,18 +354,26 @@ def phong(diffuse: wp.vec3, specular: wp.vec3, exponent: float, n: wp.vec3, wo: 
 
 
 @wp.func
-def eval_response(s: wp.ref[Shading], wi: wp.vec3, diffuse_scale: float, specular_scale: float) -> wp.vec3:
+def eval_response(s: wp.ref[Shading], wi: wp.vec3, scales: wp.vec3) -> wp.vec3:
     """Return the radiance towards the viewer for a light of colour I_l = 1 in unit direction ``wi``, where N.L > 0.
 
     Args:
         s: The surface.
         wi: Unit direction to the light: the lecture's L.
-        diffuse_scale: The light's multiplier of diffuse reflection.
-        specular_scale: The light's multiplier of specular reflection.
+        scales: Factors of diffuse reflection, of specular reflection, and of that of a UsdPreviewSurface's coat.
     """
     if s.model == MODEL_WHITTED:
-        return phong(s.diffuse * diffuse_scale, s.specular * specular_scale, s.exponent, s.n, s.wo, wi)
-    return eval_lobes(s, wi, diffuse_scale, specular_scale, specular_scale)
+        return phong(s.diffuse * scales[0], s.specular * scales[1], s.exponent, s.n, s.wo, wi)
+    return eval_lobes(s, wi, scales[0], scales[1], scales[2])
+
+
+@wp.func
+def unmirrored_scales(s: wp.ref[Shading], diffuse: float, specular: float) -> wp.vec3:
+    """Return the factors of ``eval_response`` for a light that mirror rays see: specular is what they leave of it."""
+    if s.model == MODEL_WHITTED:
+        return wp.vec3(diffuse, specular, specular)
+    base = specular * (1.0 - mirror_share(wp.sqrt(s.alpha)))
+    return wp.vec3(diffuse, base, specular * (1.0 - mirror_share(wp.sqrt(s.coat_alpha))))
 
 
 @wp.func

@@ -14,6 +14,7 @@ from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import PASS_LIMIT
+from .emission import light_emission, nearest_light
 from .environment import environment
 from .line_hit import correct_hit
 from .material import NO_LEAK, Shading, eval_material
@@ -276,9 +277,19 @@ def trace_tree(
         hit = closest_hit_from(
             accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack, observer
         )
+        seen = int(-1)
+        if frame.lights_visible != 0:
+            light = nearest_light(scene, task.origin, task.direction, hit.t, task.sender)
+            seen = light.row
+            if seen >= 0:
+                hit.t = light.distance
+                hit.instance = -1
         tell_ray(observer, top, task, hit)
         if hit.instance < 0:
             behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender)
+            if seen >= 0:
+                behind = light_emission(scene, scene.lights[seen], task.origin, task.direction, hit.t)
+                behind_alpha = 1.0
             tell_background(observer, behind)
             color += wp.cw_mul(task.coefficient, behind)
             if task.depth == 1:

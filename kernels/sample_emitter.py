@@ -12,13 +12,13 @@ Reference: Veach (1997), Robust Monte Carlo Methods for Light Transport Simulati
 import warp as wp
 
 from .constants import GLOSS_SHARE, IMAGE_SHARE
+from .emission import is_seen_as_shape, light_emission
 from .environment import dome_radiance
 from .light_direction import LightDirection
-from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong
-from .profile import profile_factor
+from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong, unmirrored_scales
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
-from .sample_light import light_radiance, meet_extent, sample_extent
+from .sample_light import meet_extent, sample_extent
 from .structs import SceneData
 from .vector import fresnel_schlick, max_component
 
@@ -55,8 +55,8 @@ class EmitterSample:
 
 
 @wp.func
-def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int) -> Emitter:
-    """Return a light with an extent as an emitter."""
+def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int, lights_visible: int) -> Emitter:
+    """Return a light with an extent as an emitter, specular only for what mirror rays leave where they see lights."""
     light = scene.lights[row]
     e = Emitter()
     e.row = row
@@ -65,6 +65,10 @@ def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int) -> Em
     e.diffuse = light.diffuse
     e.base = light.specular
     e.coat = light.specular
+    if lights_visible != 0 and is_seen_as_shape(light):
+        scales = unmirrored_scales(shading, light.diffuse, light.specular)
+        e.base = scales[1]
+        e.coat = scales[2]
     share_samples(e, shading, GLOSS_SHARE)
     return e
 
@@ -183,10 +187,7 @@ def sample_emitter(
     s.wi = d.wi
     s.distance = d.distance
     if e.row < scene.light_count:
-        s.irradiance = light_radiance(scene.lights[e.row], d.wi) / pdf
-        profile = scene.lights[e.row].profile
-        if profile >= 0:
-            s.irradiance = s.irradiance * profile_factor(scene, profile, d.wi)
+        s.irradiance = light_emission(scene, scene.lights[e.row], position, d.wi, d.distance) / pdf
     else:
         s.irradiance = dome_radiance(scene, scene.domes[e.row - scene.light_count], d.wi) / pdf
     return s

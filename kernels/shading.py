@@ -8,9 +8,18 @@ from .albedo import diffuse_albedo
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_END, SHADOW_LIMIT
+from .emission import is_seen_as_shape
 from .environment import dome_irradiance
 from .light import sample_light
-from .material import MODEL_PREVIEW, MODEL_WHITTED, NO_LEAK, Shading, eval_material, eval_response
+from .material import (
+    MODEL_PREVIEW,
+    MODEL_WHITTED,
+    NO_LEAK,
+    Shading,
+    eval_material,
+    eval_response,
+    unmirrored_scales,
+)
 from .observer import Observer, observed
 from .profile import profile_factor
 from .ray_counts import count_shadow
@@ -211,7 +220,7 @@ def local_illumination(
             tell_dark_light(observer, k, 0.0)
             continue
         if frame.light_samples > 0 and has_extent(light):
-            emitter = light_at(scene, shading, k)
+            emitter = light_at(scene, shading, k, frame.lights_visible)
             result += sampled_illumination(
                 scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
             )
@@ -238,11 +247,14 @@ def local_illumination(
                 )
             light_color = arriving.irradiance * (1.0 / wp.pi)
             term = wp.vec3(0.0, 0.0, 0.0)
+            scales = wp.vec3(light.diffuse, light.specular, light.specular)
+            if frame.lights_visible != 0 and is_seen_as_shape(light):
+                scales = unmirrored_scales(shading, light.diffuse, light.specular)
             if max_component(visible) > 0.0:
-                response = eval_response(shading, arriving.wi, light.diffuse, light.specular)
+                response = eval_response(shading, arriving.wi, scales)
                 term = wp.cw_mul(wp.cw_mul(visible, light_color), response)
                 result += term
-            tell_light(observer, k, light, arriving, shading, light_color, visible, term)
+            tell_light(observer, k, scales, arriving, shading, light_color, visible, term)
         else:
             tell_dark_light(observer, k, cosine)
     for k in range(scene.dome_count):

@@ -153,6 +153,8 @@ class LightData:
     """Row of ``SceneData.shadows``; -1: black shadows of everything, at any distance."""
     profile: wp.int32
     """Row of ``SceneData.profiles``; -1: none."""
+    texture: wp.int32
+    """Row of ``SceneData.light_textures``, whose mean is part of ``emission``; -1: none."""
 
 
 @wp.struct
@@ -168,6 +170,15 @@ class ShadowData:
     falloff_gamma: wp.float32
     casters: wp.int32
     """First word in ``SceneData.links``, whose bits tell the instances that cast shadows; -1: all of them."""
+
+
+@wp.struct
+class LightTextureData:
+    """The texture of a rect light."""
+
+    image: wp.int32
+    radiance: wp.vec3
+    """Factor of its texels."""
 
 
 @wp.struct
@@ -250,6 +261,7 @@ class SceneData:
     """A bit an instance, the lowest first, for each set of instances that lights restrict themselves to."""
     shadows: wp.array[ShadowData]
     profiles: wp.array[ProfileData]
+    light_textures: wp.array[LightTextureData]
     profile_numbers: wp.array[wp.float32]
     domes: wp.array[DomeData]
     dome_count: wp.int32
@@ -305,6 +317,8 @@ class FrameData:
     sample_count: wp.int32
     light_samples: wp.int32
     """Samples that each light with an extent, and each dome, takes at a node; 0: closed forms and sharp shadows."""
+    lights_visible: wp.int32
+    """1 where rays of the tree meet lights."""
     seed: wp.int32
 
 

@@ -10,7 +10,7 @@ from .light import LightSample
 from .material import Shading, eval_response
 from .observer import CostCounter, Observer, TreeRecorder, observed
 from .sample_emitter import Emitter, EmitterSample, emitter_response
-from .structs import LightData, RayTask, SceneData
+from .structs import RayTask, SceneData
 from .surface import Surface, element_of, make_surface
 from .tree_record import EYE, PASSAGE, REFLECTION, REFRACTION, TRACED, CrossingRecord, LightRecord, NodeRecord
 from .vector import max_component
@@ -243,7 +243,7 @@ def tell_blocked(
 def tell_light(
     observer: Observer,
     row: int,
-    light: wp.ref[LightData],
+    scales: wp.vec3,
     sample: wp.ref[LightSample],
     shading: wp.ref[Shading],
     color: wp.vec3,
@@ -258,7 +258,7 @@ def tell_light(
 def tell_light(
     observer: wp.ref[TreeRecorder],
     row: int,
-    light: wp.ref[LightData],
+    scales: wp.vec3,
     sample: wp.ref[LightSample],
     shading: wp.ref[Shading],
     color: wp.vec3,
@@ -276,8 +276,8 @@ def tell_light(
     record.shadow_rays = light.casts_shadow
     record.color = color
     record.visible = visible
-    record.diffuse = eval_response(shading, sample.wi, light.diffuse, 0.0)
-    record.specular = eval_response(shading, sample.wi, 0.0, light.specular)
+    record.diffuse = eval_response(shading, sample.wi, wp.vec3(scales[0], 0.0, 0.0))
+    record.specular = eval_response(shading, sample.wi, wp.vec3(0.0, scales[1], scales[2]))
     record.term = term
     append_light(observer, record)
 

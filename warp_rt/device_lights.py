@@ -25,6 +25,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         # They shine along the normal of their plane, which shear and mirroring do not keep on local Z's way.
         normal = np.linalg.inv(light.world_from_light[:3, :3])[2]
         axes[2] = normal / np.linalg.norm(normal)
+    texture, mean_color = tables.add_texture(light)
     half_axes = light.world_from_light[:3, :3].T * _half_sizes(light)[:, None]
     return {
         "kind": int(light.kind),
@@ -32,7 +33,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "axis_x": axes[0],
         "axis_y": axes[1],
         "axis_z": axes[2],
-        "emission": _emission(light),
+        "emission": _emission(light) * mean_color,
         "radius": _radius(light, lengths),
         "half_width": (light.length if light.kind == LightKind.CYLINDER else light.width) * lengths[0] / 2,
         "half_height": light.height * lengths[1] / 2,
@@ -51,6 +52,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "receivers": tables.links.add(light.receivers),
         "shadow": tables.add_shadow(light.shadow),
         "profile": tables.add_profile(light),
+        "texture": texture,
     }
 
 

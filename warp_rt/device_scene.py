@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device_lights import light_record, unit_axes
-from warp_rt.dome import bright_cells, irradiance_map
+from warp_rt.dome import bright_cells, irradiance_map, mean_color
 from warp_rt.image_pyramid import coarser_levels
 from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
@@ -84,18 +84,18 @@ def upload_scene(
     images = _Images(scene.images, has_pyramids=texture_filter == "anisotropic")
     _pack_materials(data, pack, scene, slots, images)
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
-    _pack_lights(data, pack, scene.lights, placement.origin)
+    _pack_lights(data, pack, scene.lights, placement.origin, images)
     _pack_domes(data, pack, scene, images, samples_domes)
     images.pack(data, pack)
     return DeviceScene(data, device, placement.origin, pack.bytes)
 
 
 def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceScene:
-    """Return the same scene under other lights; everything else is shared."""
+    """Return the same scene under other lights, without textures; everything else is shared."""
     data = structs.SceneData()
     for name in structs.SceneData.vars:
         setattr(data, name, getattr(device_scene.data, name))
-    _pack_lights(data, _Packer(device_scene.device), lights, device_scene.origin)
+    _pack_lights(data, _Packer(device_scene.device), lights, device_scene.origin, _Images((), has_pyramids=False))
     return replace(device_scene, data=data)
 
 
@@ -289,6 +289,11 @@ class _Images:
             self._rows[image, is_srgb] = self._add(image, is_srgb)
         return self._rows[image, is_srgb]
 
+    def of_light(self, light: Light) -> tuple[int, np.ndarray]:
+        """Return the device's row of a light's image, and its mean colour, shape [3]."""
+        mean = mean_color(self._images[light.image].pixels, is_srgb=light.is_srgb)
+        return self.row(light.image, is_srgb=light.is_srgb), mean
+
     def pack(self, data: Any, pack: _Packer) -> None:
         """Write all of it."""
         data.images = pack.records(structs.ImageData, self._table)
@@ -326,13 +331,14 @@ class _Images:
         self._table.append({**record, "level_count": 0})
 
 
-def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray) -> None:
-    tables = LightTables()
+def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray, images: _Images) -> None:
+    tables = LightTables(images.of_light)
     data.lights = pack.records(structs.LightData, [light_record(light, origin, tables) for light in lights])
     data.light_count = len(lights)
     data.links = pack.array(tables.links.words(), wp.uint32)
     data.shadows = pack.records(structs.ShadowData, tables.shadows)
     data.profiles = pack.records(structs.ProfileData, tables.profiles)
+    data.light_textures = pack.records(structs.LightTextureData, tables.textures)
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What is made of a dome's image: the irradiance of diffuse surfaces, and where samples of it go."""
+"""What is made of the images of lights: the irradiance of diffuse surfaces, and where samples of a dome go."""
 
 from __future__ import annotations
 
@@ -66,6 +66,16 @@ def _bilinear_means(cells: np.ndarray) -> np.ndarray:
     cells = 0.75 * cells + 0.125 * beside
     above, below = np.vstack([cells[1:], cells[-1:]]), np.vstack([cells[:1], cells[:-1]])
     return 0.75 * cells + 0.125 * (above + below)
+
+
+def mean_color(pixels: np.ndarray, *, is_srgb: bool) -> np.ndarray:
+    """Return the mean of an image's linear colours: float64, shape [3].
+
+    Args:
+        pixels: uint8 or float32, shape [height, width, 4].
+        is_srgb: Whether the texels are sRGB encoded.
+    """
+    return np.mean([_linear(row, is_srgb).mean(axis=0) for row in pixels], axis=0)
 
 
 def _linear(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:

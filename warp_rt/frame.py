@@ -55,6 +55,7 @@ def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
     frame.shadow_mode = _shadow_mode(options.shadows, scene)
     frame.sample_count = options.spp
     frame.light_samples = options.light_samples or 0
+    frame.lights_visible = options.lights_visible
     frame.seed = options.seed
     return frame
 

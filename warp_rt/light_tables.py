@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
@@ -37,14 +38,21 @@ class LinkTable:
 
 
 class LightTables:
-    """Collects the rows that the lights of a scene refer to."""
+    """Collects the rows that the lights of a scene refer to.
 
-    def __init__(self) -> None:
+    Args:
+        image_of: Returns the device's row of a light's image, and its mean colour, shape [3].
+    """
+
+    def __init__(self, image_of: Callable[[Light], tuple[int, np.ndarray]]) -> None:
         self.links = LinkTable()
         self.shadows: list[dict[str, Any]] = []
         """Rows of ``kernels.structs.SceneData.shadows``."""
         self.profiles: list[dict[str, Any]] = []
         """Rows of ``kernels.structs.SceneData.profiles``."""
+        self.textures: list[dict[str, Any]] = []
+        """Rows of ``kernels.structs.SceneData.light_textures``."""
+        self._image_of = image_of
         self._numbers: list[np.ndarray] = []
         self._number_count = 0
         self._offsets: dict[int, int] = {}
@@ -74,6 +82,14 @@ class LightTables:
             }
         )
         return len(self.profiles) - 1
+
+    def add_texture(self, light: Light) -> tuple[int, np.ndarray]:
+        """Return the row of a light's texture and its mean colour; -1 and white where it has none."""
+        if light.image < 0:
+            return -1, np.ones(3)
+        image, mean = self._image_of(light)
+        self.textures.append({"image": image, "radiance": light.radiance})
+        return len(self.textures) - 1, mean
 
     def profile_numbers(self) -> np.ndarray:
         """Return ``kernels.structs.SceneData.profile_numbers``: float32, shape [n]."""

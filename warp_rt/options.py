@@ -57,6 +57,9 @@ class RenderOptions:
     light_samples: int | None = None
     """Samples of each dome and each light with an extent, at every node of the ray tree; 0: closed forms and sharp
     shadows; default 0."""
+    lights_visible: bool = False
+    """Whether eye, reflection and refraction rays meet lights of a shape as surfaces that shine, on the side that does.
+    The lecture's ray tree has no lights in it."""
     shadows: str = "auto"
     """One of ``SHADOWS``: what a transparent surface does to a shadow ray."""
     texture_filter: str = "anisotropic"

@@ -359,6 +359,10 @@ class Light:
     """bool, shape [n], which of ``Scene.instances`` it illuminates; None: all."""
     shadow: Shadow = Shadow()
     profile: Profile | None = None
+    image: int = -1
+    """Texture of a rect light, row of ``Scene.images``, a factor of the radiance; -1: none. Its left edge is at local
+    +X, its top at +Y: seen from the side that shines it is upright and unmirrored."""
+    is_srgb: bool = False
     profile_angle_scale: float = 0.0
     """Above 0, vertical angles are divided by it before the profile is read; below 0, their distance from pi is by its
     negative; 0: neither."""

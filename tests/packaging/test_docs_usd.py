@@ -231,7 +231,6 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         + f'def Mesh "m" {{ {QUAD}\ndef GeomSubset "s" {{ int[] indices = [0] }} }}',
         {"/l"},
     ),
-    "W406": (light("RectLight", "asset inputs:texture:file = @a.png@"), {"/l"}),
     "W407": (light("SphereLight", "float intensity = 5"), {"/l.intensity"}),
     "W408": (
         light("SphereLight", 'double3 xformOp:scale = (1, 2, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'),

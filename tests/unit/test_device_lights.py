@@ -19,7 +19,7 @@ init_warp()
 def sample(light: Light, position: tuple) -> tuple[np.ndarray, np.ndarray]:
     """Return direction and irradiance at a world position."""
     data = LightData()
-    for name, value in light_record(light, np.zeros(3), LightTables()).items():
+    for name, value in light_record(light, np.zeros(3), LightTables(lambda light: (0, np.ones(3)))).items():
         if np.ndim(value):
             setattr(data, name, wp.vec3(*(float(v) for v in value)))
         else:

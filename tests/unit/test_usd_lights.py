@@ -250,6 +250,15 @@ def test_shadow_api(inputs, shadow):
     assert _light("SphereLight", inputs).shadow == shadow
 
 
+# --- textures
+
+
+def test_a_rects_texture_is_loaded():
+    images = _NoImages()
+    light, codes = _read('def RectLight "L" {\nasset inputs:texture:file = @t.png@\n}', images=images)
+    assert (light.image, light.is_srgb, images.loaded, codes) == (7, True, ["t.png"], [])
+
+
 # --- domes
 
 
@@ -344,7 +353,6 @@ def test_lights_without_area_or_bounds_are_named(kind, inputs):
     [
         ("SphereLight", "asset inputs:shaping:ies:file = @lamp.ies@", "W402"),
         ("SphereLight", "rel light:filters = </F>", "W403"),
-        ("RectLight", "asset inputs:texture:file = @t.png@", "W406"),
         ("SphereLight", "float intensity = 3", "W407"),
         ("DomeLight", "rel portals = </F>", "W410"),
     ],

@@ -97,6 +97,9 @@ def add_quality(group: argparse._ArgumentGroup) -> None:
         help="samples of each dome and area light, for soft shadows; 0: sharp ones, no noise (default: 0)",
     )
     group.add_argument(
+        "--lights-visible", action="store_true", help="rays see area lights, whose mirror images replace highlights"
+    )
+    group.add_argument(
         "--seed", type=int, default=0, metavar="N", help="of the sample positions (default: %(default)s)"
     )
     group.add_argument("--integrator", choices=INTEGRATORS, default=INTEGRATORS[0], help="default: %(default)s")
@@ -156,6 +159,7 @@ def render_options(args: argparse.Namespace, **others: Any) -> RenderOptions:
         integrator=args.integrator,
         threshold=args.threshold,
         light_samples=args.light_samples,
+        lights_visible=args.lights_visible,
         shadows=args.shadows,
         texture_filter=args.texture_filter,
         ambient=args.ambient,

@@ -24,7 +24,6 @@ from warp_rt.usd.ies import ProfileCache
 
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_FILTER = "W403"
-IGNORED_TEXTURE = "W406"
 OLD_ATTRIBUTE = "W407"
 UNEVEN_SCALE = "W408"
 INVALID_LIGHT = "W409"
@@ -54,7 +53,7 @@ _Z_POLE = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 class Images(Protocol):
-    """What a dome needs of the images: ``warp_rt.usd.materials.MaterialReader`` has it."""
+    """What a textured light needs of the images: ``warp_rt.usd.materials.MaterialReader`` has it."""
 
     def image(self, asset: Sdf.AssetPath, prim: Usd.Prim) -> int:
         """Return the row of an image, or -1."""
@@ -83,7 +82,7 @@ def read_light(
         world_from_local: float64, shape [4, 4], acting on column vectors.
         time: When.
         report: Takes diagnostics about what is ignored.
-        images: Reads the texture of a dome.
+        images: Reads the texture of a dome or a rect light.
         profiles: Reads IES profiles.
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
@@ -102,7 +101,7 @@ def read_light(
     _report_ignored(prim, attributes, report)
     if kind in _DOMES:
         return _read_dome(prim, kind, matrix, attributes, report, images)
-    return _read_shape(prim, _KINDS[kind], matrix, attributes, report, profiles)
+    return _read_shape(prim, _KINDS[kind], matrix, attributes, report, images, profiles)
 
 
 def _is_invertible(matrix: np.ndarray) -> bool:
@@ -132,6 +131,7 @@ def _read_shape(
     matrix: np.ndarray,
     attributes: AttributeReader,
     report: Report,
+    images: Images,
     profiles: ProfileCache,
 ) -> Light | None:
     path = prim.GetPath()
@@ -172,6 +172,8 @@ def _read_shape(
     file = attributes.asset("inputs:shaping:ies:file") if kind != LightKind.DISTANT else None
     is_normalized = attributes.truth("inputs:shaping:ies:normalize", False)
     profile = profiles.load(file, path, is_normalized=is_normalized) if file else None
+    texture = attributes.asset("inputs:texture:file") if kind == LightKind.RECT else None
+    image = images.image(texture, prim) if texture else -1
     red, green, blue = (float(c) for c in radiance)
     return Light(
         str(path),
@@ -192,6 +194,8 @@ def _read_shape(
         cone_angle=cone_angle,
         cone_softness=cone_softness,
         shadow=_shadow(attributes),
+        image=image,
+        is_srgb=image >= 0 and images.is_srgb(image, prim.GetAttribute("inputs:texture:file"), path),
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,
     )
@@ -329,9 +333,6 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     filters = prim.GetRelationship("light:filters")
     if filters and filters.GetTargets():
         report.warn(IGNORED_FILTER, path, "light filters are not supported; ignored")
-    texture = attributes.asset("inputs:texture:file") if prim.GetTypeName() == "RectLight" else None
-    if texture is not None:
-        report.warn(IGNORED_TEXTURE, path, f"the light's texture @{texture.path}@ is not supported; it is uniform")
     shader = attributes.token("light:shaderId", "")
     if shader and shader != prim.GetPrimDefinition().GetAttributeFallbackValue("light:shaderId"):
         report.warn(FOREIGN_LIGHT, path, f"the light shader {shader!r} is not supported; its type decides")

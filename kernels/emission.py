@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What lights send out, point by point, and which of them a ray sees."""
+
+import warp as wp
+
+from .light import KIND_DISTANT, cone_factor
+from .profile import profile_factor
+from .sample_light import has_extent, light_radiance, meet_extent
+from .structs import LightData, SceneData
+from .texture import WRAP_CLAMP, sample_image
+from .visibility import holds
+
+
+@wp.struct
+class SeenLight:
+    """A light that a ray meets."""
+
+    row: wp.int32
+    """Of ``SceneData.lights``; -1: none."""
+    distance: wp.float32
+
+
+@wp.func
+def rect_coordinates(light: wp.ref[LightData], from_center: wp.vec3) -> wp.vec2:
+    """Return the texture coordinates of a point of a rect light, (0, 0) being the image's lower left corner.
+
+    The image's left edge is at local +X, its top at +Y: whom the light shines on sees it upright and unmirrored.
+
+    Reference: UsdLux RectLight: "a texture file's min coordinates should be at (+X, +Y)".
+    """
+    n = wp.cross(light.half_x, light.half_y)
+    n2 = wp.length_sq(n)
+    a = wp.dot(wp.cross(from_center, light.half_y), n) / n2
+    b = wp.dot(wp.cross(light.half_x, from_center), n) / n2
+    return wp.vec2(0.5 - 0.5 * a, 0.5 + 0.5 * b)
+
+
+@wp.func
+def light_emission(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3, distance: float
+) -> wp.vec3:
+    """Return the radiance of a light at one of its points: with its texture, its shaping and its profile.
+
+    Args:
+        scene: Textures and profiles.
+        light: One with an extent.
+        position: Whence the point is seen.
+        wi: Unit direction to it.
+        distance: To it.
+    """
+    radiance = light_radiance(light, wi)
+    if light.texture >= 0:
+        st = rect_coordinates(light, position + wi * distance - light.position)
+        image = scene.images[scene.light_textures[light.texture].image]
+        texel = sample_image(scene, image, st[0], st[1], WRAP_CLAMP, WRAP_CLAMP)
+        plain = wp.cw_mul(scene.light_textures[light.texture].radiance, wp.vec3(texel[0], texel[1], texel[2]))
+        radiance = wp.cw_mul(plain, cone_factor(light, wp.dot(wi, light.axis_z)))
+    if light.profile >= 0:
+        radiance = radiance * profile_factor(scene, light.profile, wi)
+    return radiance
+
+
+@wp.func
+def is_seen_as_shape(light: wp.ref[LightData]) -> bool:
+    """Return whether a light has a shape that rays can meet."""
+    return has_extent(light) and light.kind != KIND_DISTANT
+
+
+@wp.func
+def nearest_light(
+    scene: wp.ref[SceneData], origin: wp.vec3, direction: wp.vec3, t_max: float, sender: int
+) -> SeenLight:
+    """Return the nearest light whose shining side a ray meets before ``t_max``.
+
+    Args:
+        scene: Lights.
+        origin: Of the ray.
+        direction: Unit.
+        t_max: Where something else is met.
+        sender: Instance that reflected or refracted the ray, which has to be linked to the light; -1: the eye.
+    """
+    seen = SeenLight()
+    seen.row = -1
+    seen.distance = t_max
+    for k in range(scene.light_count):
+        if is_seen_as_shape(scene.lights[k]):
+            if sender < 0 or holds(scene.links, scene.lights[k].receivers, sender):
+                met = meet_extent(scene.lights[k], origin, direction)
+                if met.pdf > 0.0 and met.distance < seen.distance:
+                    seen.row = k
+                    seen.distance = met.distance
+    return seen
