@@ -207,3 +207,84 @@ def test_a_target_that_is_no_blend_shape_is_told() -> None:
 def test_blend_shapes_of_no_weight_need_no_joints() -> None:
     scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {SHAPES}\n}}', lift=0.0))
     assert [str(record) for record in scene.diagnostics] == []
+
+
+def random_rig(seed: int, method: str) -> Usd.Stage:
+    """Return a character whose mesh names some of the joints in an order of its own, with all that may deform it."""
+    rng = np.random.default_rng(seed)
+    stage = Usd.Stage.CreateInMemory()
+    UsdSkel.Root.Define(stage, "/root")
+    UsdGeom.Xformable(stage.GetPrimAtPath("/root")).AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    joints = ["a", "a/b", "a/b/c", "a/d", "a/d/e"]
+
+    def placed(count: int, reach: float) -> list[Gf.Matrix4d]:
+        rotations = (Gf.Rotation(Gf.Vec3d(*rng.normal(size=3)), rng.uniform(-60, 60)) for _ in range(count))
+        return [Gf.Matrix4d(turn, Gf.Vec3d(*(reach * rng.normal(size=3)))) for turn in rotations]
+
+    skeleton = UsdSkel.Skeleton.Define(stage, "/root/skeleton")
+    UsdGeom.Xformable(skeleton).AddTransformOp().Set(placed(1, 1)[0])
+    skeleton.CreateJointsAttr(joints)
+    skeleton.CreateBindTransformsAttr(placed(5, 0.5))
+    skeleton.CreateRestTransformsAttr(placed(5, 0.5))
+    animation = UsdSkel.Animation.Define(stage, "/root/animation")
+    animation.CreateJointsAttr([joints[row] for row in (3, 0, 2)])
+    animation.CreateBlendShapesAttr(["wide", "unused", "tall"])
+    for time in (0.0, 10.0):
+        turns = [Gf.Quatf(Gf.Rotation(Gf.Vec3d(*rng.normal(size=3)), rng.uniform(-90, 90)).GetQuat()) for _ in range(3)]
+        animation.CreateRotationsAttr().Set(turns, time)
+        animation.CreateTranslationsAttr().Set([Gf.Vec3f(*map(float, rng.normal(size=3))) for _ in range(3)], time)
+        animation.CreateScalesAttr().Set([Gf.Vec3h(*([float(rng.uniform(0.8, 1.3))] * 3)) for _ in range(3)], time)
+        animation.CreateBlendShapeWeightsAttr().Set([float(w) for w in rng.uniform(-0.3, 1.2, 3)], time)
+    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+
+    mesh = UsdGeom.Mesh.Define(stage, "/root/mesh")
+    UsdGeom.Xformable(mesh).AddTransformOp().Set(placed(1, 1)[0])
+    mesh.CreateSubdivisionSchemeAttr("none")
+    mesh.CreatePointsAttr([Gf.Vec3f(*map(float, p)) for p in rng.normal(size=(6, 3))])
+    mesh.CreateFaceVertexCountsAttr([4, 3, 3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3, 2, 1, 4, 4, 1, 5])
+    normals = _unit(rng.normal(size=(6, 3)))
+    mesh.CreateNormalsAttr([Gf.Vec3f(*map(float, n)) for n in normals])
+    mesh.SetNormalsInterpolation("vertex")
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+    binding.CreateJointsAttr(["a/d/e", "a", "a/b/c"])
+    binding.CreateSkinningMethodAttr(method)
+    weights = rng.uniform(size=(6, 2))
+    weights /= weights.sum(axis=1, keepdims=True)
+    binding.CreateJointIndicesPrimvar(False, 2).Set([int(row) for row in rng.integers(0, 3, 12)])
+    binding.CreateJointWeightsPrimvar(False, 2).Set([float(weight) for weight in weights.reshape(-1)])
+    binding.CreateGeomBindTransformAttr(placed(1, 1)[0])
+    binding.CreateBlendShapesAttr(["tall", "wide"])
+    for name, rows in (("tall", [0, 4, 5]), ("wide", [1, 2])):
+        shape = UsdSkel.BlendShape.Define(stage, f"/root/mesh/{name}")
+        binding.CreateBlendShapeTargetsRel().AddTarget(shape.GetPath())
+        shape.CreatePointIndicesAttr(rows)
+        offsets = [Gf.Vec3f(*map(float, o)) for o in rng.normal(size=(len(rows), 3))]
+        shape.CreateOffsetsAttr(offsets)
+        shape.CreateNormalOffsetsAttr([offset * 0.2 for offset in offsets])
+    between = shape.CreateInbetween("half")
+    between.SetWeight(0.4)
+    between.SetOffsets([offset * 0.7 for offset in offsets])
+    between.CreateNormalOffsetsAttr([offset * 0.1 for offset in offsets])
+    return stage
+
+
+@pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
+@pytest.mark.parametrize("seed", range(4))
+def test_random_rigs_are_what_usd_bakes(seed: int, method: str) -> None:
+    stage = random_rig(seed, method)
+    baked = Usd.Stage.CreateInMemory()
+    baked.GetRootLayer().TransferContent(stage.GetRootLayer())
+    assert UsdSkel.BakeSkinning(UsdSkel.Root(baked.GetPrimAtPath("/root")), Gf.Interval(0, 10))
+    for time in (0.0, 10.0):
+        scene, expected = load_stage(stage, time=time), load_stage(baked, time=time)
+        np.testing.assert_allclose(world_points(scene), world_points(expected), atol=2e-5)
+        found, wanted = (_unit(s.meshes[0].normals.values[s.meshes[0].normals.indices]) for s in (scene, expected))
+        np.testing.assert_allclose(found, wanted, atol=1e-4)
+
+
+def test_a_character_may_be_hidden_for_a_while() -> None:
+    body = f'{QUAD} {JOINTS}\ntoken visibility.timeSamples = {{ 0: "inherited", 5: "invisible", 8: "inherited" }}'
+    stage = stage_of(f'def Mesh "m" ({BOUND}) {{ {body}\n}}')
+    assert [len(load_stage(stage, time=time).instances) for time in (0, 4, 5, 7, 8)] == [1, 1, 0, 0, 1]
