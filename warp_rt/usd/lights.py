@@ -173,7 +173,9 @@ def _read_shape(
     is_normalized = attributes.truth("inputs:shaping:ies:normalize", False)
     profile = profiles.load(file, path, is_normalized=is_normalized) if file else None
     texture = attributes.asset("inputs:texture:file") if kind == LightKind.RECT else None
-    image = images.image(texture, prim) if texture else -1
+    image, is_srgb = images.image(texture, prim) if texture else -1, False
+    if image >= 0:
+        image, is_srgb = images.decoded(image, prim.GetAttribute("inputs:texture:file"), path)
     red, green, blue = (float(c) for c in radiance)
     return Light(
         str(path),
@@ -195,7 +197,7 @@ def _read_shape(
         cone_softness=cone_softness,
         shadow=_shadow(attributes),
         image=image,
-        is_srgb=image >= 0 and images.is_srgb(image, prim.GetAttribute("inputs:texture:file"), path),
+        is_srgb=is_srgb,
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,
     )
