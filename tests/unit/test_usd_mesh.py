@@ -38,8 +38,8 @@ def read(body: str, time: float = 0.0) -> tuple[MeshSource | None, list[str]]:
     stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Mesh "M"\n{{\n{body}\n}}\n')
     report = Report()
     prim = stage.GetPrimAtPath("/M")
-    source = Source(prim, AuthoredReader().read(prim, has_clips=False), None, Usd.TimeCode(time), None)
-    mesh = read_meshes([source], report, 0)[0]
+    source = Source(prim, AuthoredReader().read(prim, has_clips=False), None, Usd.TimeCode(time), None, 0)
+    mesh = read_meshes([source], report)[0]
     return mesh, [record.code for record in report]
 
 

@@ -195,8 +195,8 @@ def test_level_0_is_the_cage() -> None:
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Mesh "m" {{ {CUBE}\n}}')
     prim = stage.GetPrimAtPath("/m")
-    source = Source(prim, AuthoredReader().read(prim, has_clips=False), None, Usd.TimeCode.Default(), None)
-    read = read_meshes([source], Report(), 0)[0]
+    source = Source(prim, AuthoredReader().read(prim, has_clips=False), None, Usd.TimeCode.Default(), None, 0)
+    read = read_meshes([source], Report())[0]
     assert read is not None
     assert len(read.mesh.triangles) == 12
 
@@ -206,3 +206,67 @@ def test_a_boundary_rule_that_leaves_no_face_is_told() -> None:
     quad = QUAD_POINTS + "int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 3, 2]\n"
     scene = load('uniform token interpolateBoundary = "none"', kind=quad)
     assert (scene.meshes, [record.code for record in scene.diagnostics]) == ((), ["N910", "N905"])
+
+
+LEVELS = f"""
+    def Xform "w" {{
+        token warp_rt:complexity = "high"
+        def Mesh "inherits" {{ {CUBE}
+        }}
+        def Mesh "coarse" {{ {CUBE}
+            token warp_rt:complexity = "low"
+        }}
+    }}
+    def Mesh "free" {{ {CUBE}
+    }}
+"""
+
+
+@pytest.mark.parametrize(("complexity", "free"), [("low", 12), ("medium", 48)])
+def test_prims_may_ask_for_their_own_complexity(complexity: str, free: int) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{LEVELS}")
+    scene = warp_rt.load_scene(stage, complexity=complexity)
+    found = {scene.prims[p]: len(scene.meshes[m].triangles) for p, m in _rows(scene)}
+    assert found == {"/w/inherits": 192, "/w/coarse": 12, "/free": free}
+
+
+def _rows(scene: Scene) -> zip:
+    return zip(scene.instances.prim.tolist(), scene.instances.mesh.tolist(), strict=True)
+
+
+def test_instances_of_one_prototype_may_differ_in_complexity() -> None:
+    copies = "".join(
+        f'def "{name}" (instanceable = true\ninherits = </asset>) {{\n{says}\n}}\n'
+        for name, says in (("a", ""), ("b", 'token warp_rt:complexity = "medium"'))
+    )
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\nclass Xform "asset" {{\ndef Mesh "m" {{ {CUBE}\n}}\n}}\n{copies}'
+    )
+    scene = warp_rt.load_scene(stage)
+    assert sorted(len(scene.meshes[m].triangles) for _, m in _rows(scene)) == [12, 48]
+
+
+def test_prototypes_have_the_complexity_of_the_namespace_above_them() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        def PointInstancer "i" {{
+            token warp_rt:complexity = "medium"
+            int[] protoIndices = [0, 0]
+            point3f[] positions = [(0,0,0), (9,0,0)]
+            rel prototypes = </i/m>
+            def Mesh "m" {{ {CUBE}
+            }}
+        }}
+        """
+    )
+    scene = warp_rt.load_scene(stage)
+    assert [len(found.triangles) for found in scene.meshes] == [48]
+
+
+def test_a_complexity_that_is_none_is_told() -> None:
+    scene = load('token warp_rt:complexity = "extreme"', "medium")
+    assert codes(scene) == {"W114"}
+    assert len(scene.meshes[0].triangles) == 48

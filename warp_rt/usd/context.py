@@ -10,12 +10,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from warp_rt.options import COMPLEXITIES, refinement_level
 from warp_rt.report import Report
+from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.authored import Authored
 from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.lod import NO_OVERRIDE, Override, drawn_items, lod_override
+from warp_rt.usd.mesh import INVALID_VALUE
 from warp_rt.usd.primvars import Values, inherited_constants
 from warp_rt.usd.visibility import hidden_purposes
+
+COMPLEXITY = "warp_rt:complexity"
 
 # Unloaded prims are met, for they are told; nothing of them is drawn.
 SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
@@ -57,6 +62,8 @@ class Context:
     """Names of the children that are drawn of an LOD root, whatever their visibility; None: the parent is no such."""
     has_clips: bool = False
     """Whether value clips may hold values of what nothing authors."""
+    level: int | None = None
+    """Refinements that prims above ask for; None: none does."""
     is_skinned: bool = False
     """Whether a SkelRoot is above."""
 
@@ -84,12 +91,20 @@ def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: U
     return here
 
 
-def schemas_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Report) -> Context:
-    """Return the context with what the schemas on a prim and all above it say to those below."""
+def own_level(prim: Usd.Prim, above: int | None, time: Usd.TimeCode, report: Report) -> int | None:
+    """Return the refinements that a prim with the attribute ``warp_rt:complexity`` asks for, for all below it too."""
+    token = AttributeReader(prim, time, INVALID_VALUE, report).token(COMPLEXITY, "", ("", *COMPLEXITIES))
+    return refinement_level(token) if token else above
+
+
+def said_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Report) -> Context:
+    """Return the context with what the schemas on a prim and all above it say to those below, and its complexity."""
     for path in prim.GetPath().GetPrefixes() if prim else ():
         above = prim.GetStage().GetPrimAtPath(path)
         schemas = [schema for schema in above.GetAppliedSchemas() if schema != "LODRootAPI"]
         context = apply_schemas(above, context, schemas, time, report)
+        if above.HasAttribute(COMPLEXITY):
+            context = replace(context, level=own_level(above, context.level, time, report))
     return context
 
 

@@ -39,30 +39,33 @@ class DisplacementReader:
     Args:
         materials: The materials.
         report: Takes the diagnostics.
-        level: Refinements of subdivision surfaces.
     """
 
-    def __init__(self, materials: MaterialReader, report: Report, level: int) -> None:
+    def __init__(self, materials: MaterialReader, report: Report) -> None:
         self._materials = materials
         self._report = report
-        self._level = level
 
     def read(
-        self, prim: Usd.Prim, geometry: Mesh | Shapes, is_source: bool, materials: tuple[int, ...], constants: Values
+        self,
+        prim: Usd.Prim,
+        geometry: Mesh | Shapes,
+        level: int | None,
+        materials: tuple[int, ...],
+        constants: Values,
     ) -> Move | None:
         """Return what materials do to a prim's geometry; None: nothing, told, where they should.
 
         Args:
             prim: The prim.
             geometry: Its geometry.
-            is_source: Whether the prim holds the geometry itself, and is no shape of a few numbers.
+            level: Refinements of its surface; None: the prim holds no geometry, but is a shape of a few numbers.
             materials: Those of its slots.
             constants: Primvars that it has from above.
         """
         displacements = tuple(self._materials.displacement(row) for row in materials)
         if not any(displacements):
             return None
-        if not isinstance(geometry, Mesh) or not is_source:
+        if not isinstance(geometry, Mesh) or level is None:
             message = f"displacement left out: a {prim.GetTypeName()} is a shape of its own, not a mesh"
             self._report.warn(DISPLACEMENT, prim.GetPath(), message)
             return None
@@ -74,7 +77,7 @@ class DisplacementReader:
             if UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name).HasValue():
                 message = f"displaced by the fallback of the primvar {name}, which is authored on or above an instance"
                 self._report.warn(DISPLACEMENT, prim.GetPath(), message)
-        if not self._level and str(prim.GetAttribute("subdivisionScheme").Get()) in SUBDIVISION_SCHEMES:
+        if level == 0 and str(prim.GetAttribute("subdivisionScheme").Get()) in SUBDIVISION_SCHEMES:
             message = f"displaced at the {len(geometry.points)} points of its cage alone: --complexity gives it more"
             self._report.warn(COARSE, prim.GetPath(), message)
         return Move(displacements, given)

@@ -19,32 +19,31 @@ TYPES = frozenset(("Mesh", "TetMesh", "NurbsPatch", *curves.TYPES))
 """Types that :func:`read_geometry` reads; those of ``implicit`` share unit shapes instead."""
 
 
-def read_geometry(sources: Sequence[Source], report: Report, level: int) -> list[MeshSource | None]:
+def read_geometry(sources: Sequence[Source], report: Report) -> list[MeshSource | None]:
     """Return the geometry of prims of ``TYPES``; None, with a diagnostic, where there is nothing to draw.
 
     Args:
         sources: The prims.
         report: Takes the diagnostics.
-        level: Refinements of smooth surfaces.
 
     Raises:
         LimitError: One would have more faces than can be meant.
     """
     rows = [row for row, source in enumerate(sources) if source.prim.GetTypeName() == "Mesh"]
-    meshes = read_meshes([sources[row] for row in rows], report, level)
+    meshes = read_meshes([sources[row] for row in rows], report)
     found: list[MeshSource | None] = [None] * len(sources)
     for row, mesh in zip(rows, meshes, strict=True):
         found[row] = mesh
     for row in sorted({*range(len(sources))}.difference(rows)):
         try:
-            found[row] = _read_other(sources[row], report, level)
+            found[row] = _read_other(sources[row], report)
         except Tf.ErrorException as error:
             report_unreadable(sources[row].prim, error, report)
     return found
 
 
-def _read_other(source: Source, report: Report, level: int) -> MeshSource | None:
-    prim, _, skin, time, carried_to = source
+def _read_other(source: Source, report: Report) -> MeshSource | None:
+    prim, _, skin, time, carried_to, level = source
     kind = prim.GetTypeName()
     if kind in curves.TYPES:
         return curves.read_shapes(prim, time, report, skin=skin, level=level, carried_to=carried_to)

@@ -72,7 +72,7 @@ class GprimReader:
         time: When attributes are read.
         materials: Gives the material of each prim.
         report: Takes the diagnostics.
-        level: Refinements of subdivision surfaces.
+        level: Refinements of subdivision surfaces of which no prim says how often they are refined.
         base_time: See ``read_times``; None: ``time``.
     """
 
@@ -89,7 +89,7 @@ class GprimReader:
         self._materials = materials
         self._report = report
         self._level = level
-        self._displacements = DisplacementReader(materials, report, level)
+        self._displacements = DisplacementReader(materials, report)
         self._authored = AuthoredReader()
         self._listed: list[_Listed] = []
         self._sources: list[Source | Shape | StandIn] = []
@@ -110,7 +110,9 @@ class GprimReader:
         times = (self._time, None)
         if "velocities" in authored.names:
             times = read_times(prim, self._time, self._base_time)
-        return self._add(prim, shared.GetPath(), Source(prim, authored, skin, *times), context)
+        level = self._level if context.level is None else context.level
+        key = (shared.GetPath(), level)
+        return self._add(prim, key, Source(prim, authored, skin, *times, level), context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
@@ -166,13 +168,14 @@ class GprimReader:
         )
 
     def _move(self, listed: _Listed, source: MeshSource, materials: tuple[int, ...]) -> Move | None:
-        is_source = isinstance(self._sources[listed.source], Source)
-        return self._displacements.read(listed.prim, source.mesh, is_source, materials, listed.context.constants)
+        held = self._sources[listed.source]
+        level = held.level if isinstance(held, Source) else None
+        return self._displacements.read(listed.prim, source.mesh, level, materials, listed.context.constants)
 
     def _read_sources(self) -> list[MeshSource | None]:
         rows = [row for row, source in enumerate(self._sources) if isinstance(source, Source)]
         held = [source for source in self._sources if isinstance(source, Source)]
-        found = dict(zip(rows, read_geometry(held, self._report, self._level), strict=True))
+        found = dict(zip(rows, read_geometry(held, self._report), strict=True))
         for row, source in enumerate(self._sources):
             if isinstance(source, Shape):
                 found[row] = MeshSource(make_shape(source.key))

@@ -61,7 +61,7 @@ class _Mesh(NamedTuple):
     is_refined: bool
 
 
-def read_meshes(sources: Sequence[Source], report: Report, level: int) -> list[MeshSource | None]:
+def read_meshes(sources: Sequence[Source], report: Report) -> list[MeshSource | None]:
     """Return the triangles of mesh prims; None, with a diagnostic, where there is nothing to draw.
 
     At level 0 a mesh with a smooth subdivision scheme is its control cage with smooth normals, as usdrecord draws it at
@@ -71,20 +71,19 @@ def read_meshes(sources: Sequence[Source], report: Report, level: int) -> list[M
     Args:
         sources: The meshes.
         report: Takes the diagnostics.
-        level: Refinements of a subdivision surface.
 
     Raises:
         LimitError: One would have more faces than can be meant.
     """
     found: list[MeshSource | None] = []
-    for group in _read_groups(sources, report, level):
+    for group in _read_groups(sources, report):
         shapes = iter(_cut([mesh for mesh in group if mesh is not None and not mesh.is_refined], report))
         for mesh in group:
             if mesh is None:
                 found.append(None)
                 continue
             try:
-                shape = _refine(mesh, level, report) if mesh.is_refined else next(shapes)
+                shape = _refine(mesh, report) if mesh.is_refined else next(shapes)
                 found.append(_finish(mesh, shape, report) if len(shape.layout.triangles) else None)
             except Tf.ErrorException as error:
                 report_unreadable(mesh.source.prim, error, report)
@@ -92,13 +91,13 @@ def read_meshes(sources: Sequence[Source], report: Report, level: int) -> list[M
     return found
 
 
-def _read_groups(sources: Sequence[Source], report: Report, level: int) -> Iterator[list[_Mesh | None]]:
+def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Mesh | None]]:
     """Yield meshes in groups that are cut together; None where there is nothing to draw."""
     group: list[_Mesh | None] = []
     corner_count = 0
     for source in sources:
         try:
-            mesh = _read_mesh(source, report, level)
+            mesh = _read_mesh(source, report)
         except Tf.ErrorException as error:
             report_unreadable(source.prim, error, report)
             mesh = None
@@ -110,9 +109,9 @@ def _read_groups(sources: Sequence[Source], report: Report, level: int) -> Itera
     yield group
 
 
-def _read_mesh(source: Source, report: Report, level: int) -> _Mesh | None:
+def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
-    prim, authored, skin, time, carried_to = source
+    prim, authored, skin, time, carried_to, level = source
     points = read_points(prim, time, carried_to) if carried_to else _read_array(prim, "points", time, report)
     counts = _read_array(prim, "faceVertexCounts", time, report)
     indices = _read_array(prim, "faceVertexIndices", time, report)
@@ -149,7 +148,7 @@ def _cut(meshes: Sequence[_Mesh], report: Report) -> list[_Shape]:
     ]
 
 
-def _refine(mesh: _Mesh, level: int, report: Report) -> _Shape:
+def _refine(mesh: _Mesh, report: Report) -> _Shape:
     """Return the triangles of a subdivision surface, or of its cage where that has none."""
     joined = join_cages([mesh.cage], report)
     cut = cut_cages([mesh.cage], joined)[0]
@@ -159,7 +158,7 @@ def _refine(mesh: _Mesh, level: int, report: Report) -> _Shape:
     prim, time = mesh.source.prim, mesh.source.time
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
     topology = _cage_topology(len(cage.points), joined.polygons)
-    surface = read_surface(prim, level, topology, attributes, time, report, scheme=mesh.scheme)
+    surface = read_surface(prim, mesh.source.level, topology, attributes, time, report, scheme=mesh.scheme)
     if surface is not None:
         shape = _refined_shape(cage, surface, joined.polygons, joined.is_shown)
         if not len(shape.layout.triangles):
@@ -171,7 +170,7 @@ def _refine(mesh: _Mesh, level: int, report: Report) -> _Shape:
 
 def _finish(mesh: _Mesh, shape: _Shape, report: Report) -> MeshSource:
     """Return the mesh of some triangles, with all that is looked up at their corners."""
-    prim, authored, skin, time, _ = mesh.source
+    prim, authored, skin, time, *_ = mesh.source
     if "orientation" in authored.names:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         if attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded":

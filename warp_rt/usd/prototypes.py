@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.usd.bindings import read_bindings
-from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context, schemas_above
+from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
@@ -66,7 +66,7 @@ class Prototypes:
         pose = prim.GetPath() if context.is_skinned else None
         style = (
             *(context.purpose, context.draw_mode, context.card_visibility),
-            *(context.hidden_purposes, context.lod_override, context.lod_items),
+            *(context.hidden_purposes, context.lod_override, context.lod_items, context.level),
         )
         key = (prim.GetPrototype().GetPath(), style, pose, context.bindings)
         group = self._groups.get(key)
@@ -150,7 +150,7 @@ class Prototypes:
                 card_visibility=inherited_card_visibility(parent),
                 has_clips=context.has_clips,
             )
-            inside = schemas_above(parent, inside, self._time, self._report)
+            inside = said_above(parent, inside, self._time, self._report)
             self._open.append(path)
             group = self._groups[key] = walk_group([prototype], inside)
             self._open.pop()

@@ -27,6 +27,8 @@ class Source(NamedTuple):
     """When its attributes are read."""
     carried_to: Usd.TimeCode | None
     """When its velocities have carried its points from their sample; None: they do not."""
+    level: int
+    """Refinements of its surface, if it is a smooth one."""
 
 
 class MeshSource(NamedTuple):

@@ -19,7 +19,7 @@ from warp_rt.report import Report
 from warp_rt.usd import geometry, implicit
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.authored import Authored, AuthoredReader
-from warp_rt.usd.context import SHOWN, Context, apply_schemas, hand_down
+from warp_rt.usd.context import COMPLEXITY, SHOWN, Context, apply_schemas, hand_down, own_level
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.lights import is_light
@@ -154,6 +154,8 @@ class StageWalk:
         if kind == "SkelRoot" and not above.is_skinned:
             here = replace(here, is_skinned=True)
             self._skins.enter(prim, here.predicate)
+        if COMPLEXITY in authored.names:
+            here = replace(here, level=own_level(prim, here.level, self._time, self._report))
         schemas = prim.GetAppliedSchemas()
         if schemas:
             self._read_schemas(prim, schemas)
