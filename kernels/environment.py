@@ -111,7 +111,7 @@ def environment(
     for k in range(scene.dome_count):
         dome = scene.domes[k]
         if sender >= 0 or dome.is_visible != 0:
-            if sender < 0 or holds(scene.dome_links, dome.receivers, sender):
+            if sender < 0 or holds(scene.links, dome.receivers, sender):
                 color += dome_radiance_seen(scene, dome, direction, ray)
             is_covered += 1
     if is_covered > 0:

@@ -79,8 +79,8 @@ def dome_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], number: int) -> 
     dome = scene.domes[number]
     e = Emitter()
     e.row = scene.light_count + number
-    e.casts_shadow = 1
-    e.shadow = -1
+    e.casts_shadow = dome.casts_shadow
+    e.shadow = dome.shadow
     e.diffuse = dome.diffuse
     if shading.model == MODEL_PREVIEW:
         e.base = dome.specular * (1.0 - mirror_share(wp.sqrt(shading.alpha)))

@@ -259,7 +259,7 @@ def local_illumination(
             tell_dark_light(observer, k, cosine)
     for k in range(scene.dome_count):
         dome = scene.domes[k]
-        if not holds(scene.dome_links, dome.receivers, surface.instance):
+        if not holds(scene.links, dome.receivers, surface.instance):
             continue
         if frame.light_samples > 0:
             emitter = dome_at(scene, shading, k)

@@ -218,7 +218,9 @@ class DomeData:
     diffuse: wp.float32
     specular: wp.float32
     receivers: wp.int32
-    """As in ``LightData``, with ``SceneData.dome_links``."""
+    """As in ``LightData``; so too ``casts_shadow`` and ``shadow``."""
+    casts_shadow: wp.int32
+    shadow: wp.int32
 
 
 @wp.struct
@@ -265,8 +267,6 @@ class SceneData:
     profile_numbers: wp.array[wp.float32]
     domes: wp.array[DomeData]
     dome_count: wp.int32
-    dome_links: wp.array[wp.uint32]
-    """As ``links``, of the domes."""
     irradiance: wp.array[wp.vec3]
     albedo: wp.array[wp.vec2]
     """Table of what specular lobes reflect, for ``albedo.specular_albedo``."""

@@ -18,7 +18,7 @@ from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
-from warp_rt.light_tables import LightTables, LinkTable
+from warp_rt.light_tables import LightTables
 from warp_rt.options import TEXTURE_FILTERS
 from warp_rt.placement import Placement, place_scene, relative_points
 from warp_rt.scene import (
@@ -84,18 +84,18 @@ def upload_scene(
     images = _Images(scene.images, has_pyramids=texture_filter == "anisotropic")
     _pack_materials(data, pack, scene, slots, images)
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
-    _pack_lights(data, pack, scene.lights, placement.origin, images)
-    _pack_domes(data, pack, scene, images, samples_domes)
+    _pack_lights(data, pack, scene.lights, scene.domes, placement.origin, images, samples_domes=samples_domes)
     images.pack(data, pack)
     return DeviceScene(data, device, placement.origin, pack.bytes)
 
 
 def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceScene:
-    """Return the same scene under other lights, without textures; everything else is shared."""
+    """Return the same scene under other lights, without textures or domes; everything else is shared."""
     data = structs.SceneData()
     for name in structs.SceneData.vars:
         setattr(data, name, getattr(device_scene.data, name))
-    _pack_lights(data, _Packer(device_scene.device), lights, device_scene.origin, _Images((), has_pyramids=False))
+    images = _Images((), has_pyramids=False)
+    _pack_lights(data, _Packer(device_scene.device), lights, (), device_scene.origin, images)
     return replace(device_scene, data=data)
 
 
@@ -289,9 +289,13 @@ class _Images:
             self._rows[image, is_srgb] = self._add(image, is_srgb)
         return self._rows[image, is_srgb]
 
+    def pixels(self, image: int) -> np.ndarray:
+        """Return the texels of an image of the scene."""
+        return self._images[image].pixels
+
     def of_light(self, light: Light) -> tuple[int, np.ndarray]:
         """Return the device's row of a light's image, and its mean colour, shape [3]."""
-        mean = mean_color(self._images[light.image].pixels, is_srgb=light.is_srgb)
+        mean = mean_color(self.pixels(light.image), is_srgb=light.is_srgb)
         return self.row(light.image, is_srgb=light.is_srgb), mean
 
     def pack(self, data: Any, pack: _Packer) -> None:
@@ -331,10 +335,25 @@ class _Images:
         self._table.append({**record, "level_count": 0})
 
 
-def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.ndarray, images: _Images) -> None:
+def _pack_lights(
+    data: Any,
+    pack: _Packer,
+    lights: Sequence[Light],
+    domes: Sequence[Dome],
+    origin: np.ndarray,
+    images: _Images,
+    *,
+    samples_domes: bool = False,
+) -> None:
     tables = LightTables(images.of_light)
     data.lights = pack.records(structs.LightData, [light_record(light, origin, tables) for light in lights])
     data.light_count = len(lights)
+    maps: list[np.ndarray] = []
+    cells: list[np.ndarray] | None = [] if samples_domes else None
+    data.domes = pack.records(structs.DomeData, [_dome_record(dome, images, tables, maps, cells) for dome in domes])
+    data.dome_count = len(domes)
+    data.irradiance = pack.chunks(maps, wp.vec3, (3,), np.float32)
+    data.dome_cells = pack.chunks(cells or [], wp.float32, (), np.float32)
     data.links = pack.array(tables.links.words(), wp.uint32)
     data.shadows = pack.records(structs.ShadowData, tables.shadows)
     data.profiles = pack.records(structs.ProfileData, tables.profiles)
@@ -342,29 +361,14 @@ def _pack_lights(data: Any, pack: _Packer, lights: Sequence[Light], origin: np.n
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
 
 
-def _pack_domes(data: Any, pack: _Packer, scene: Scene, images: _Images, samples_domes: bool) -> None:
-    maps: list[np.ndarray] = []
-    cells: list[np.ndarray] | None = [] if samples_domes else None
-    links = LinkTable()
-    records = [
-        _dome_record(dome, scene, images, maps, cells) | {"receivers": links.add(dome.receivers)}
-        for dome in scene.domes
-    ]
-    data.domes = pack.records(structs.DomeData, records)
-    data.dome_count = len(scene.domes)
-    data.dome_links = pack.array(links.words(), wp.uint32)
-    data.irradiance = pack.chunks(maps, wp.vec3, (3,), np.float32)
-    data.dome_cells = pack.chunks(cells or [], wp.float32, (), np.float32)
-
-
 def _dome_record(
-    dome: Dome, scene: Scene, images: _Images, maps: list[np.ndarray], cells: list[np.ndarray] | None
+    dome: Dome, images: _Images, tables: LightTables, maps: list[np.ndarray], cells: list[np.ndarray] | None
 ) -> dict[str, Any]:
     axes, _ = unit_axes(dome.world_from_light)
     offset = cells_offset = -1
     rows = columns = 0
     if dome.image >= 0:
-        pixels = scene.images[dome.image].pixels
+        pixels = images.pixels(dome.image)
         offset = sum(len(m) for m in maps)
         size = (int(IRRADIANCE_HEIGHT), int(IRRADIANCE_WIDTH))
         irradiance = irradiance_map(pixels, is_srgb=dome.is_srgb, size=size)
@@ -386,4 +390,7 @@ def _dome_record(
         "cell_columns": columns,
         "diffuse": dome.diffuse,
         "specular": dome.specular,
+        "receivers": tables.links.add(dome.receivers),
+        "casts_shadow": dome.casts_shadow,
+        "shadow": tables.add_shadow(dome.shadow),
     }

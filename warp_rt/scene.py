@@ -390,8 +390,11 @@ class Dome:
     """Whether eye rays that leave the scene see it. Reflection and refraction rays always do."""
     diffuse: float = 1.0
     specular: float = 1.0
+    casts_shadow: bool = True
+    """Where it is sampled; as a whole it casts none."""
     receivers: np.ndarray | None = None
     """bool, shape [n], which of ``Scene.instances`` it illuminates; None: all."""
+    shadow: Shadow = Shadow()
 
 
 @dataclass(frozen=True)

@@ -170,3 +170,21 @@ def test_what_eye_rays_pass_has_no_id_and_no_alpha() -> None:
     film = render(scene, parallel((0, 0, 5)), aovs=("primId",))
     assert film.aovs["primId"][0, 0] == -1
     assert film.alpha[0, 0] == 0.0
+
+
+# --- domes that are sampled
+
+
+@pytest.mark.parametrize(
+    ("shadow", "visible"),
+    [(Shadow(), 0.0), (Shadow(distance=0.5), 1.0), (Shadow(casters=held(2, 0)), 1.0), (Shadow((1.0, 0.5, 0.0)), None)],
+)
+def test_shadows_of_a_sampled_dome(shadow: Shadow, visible: float | None) -> None:
+    """A floor under a pane so wide that nothing of the dome is seen past it."""
+    dome = Dome("/dome", np.eye(4), (0.8, 0.8, 0.8), shadow=shadow)
+    scene = scene_of(square(FLOOR), square(whitted(), half=1e4, z=1.0), domes=[dome])
+    color = radiance(scene, UNDER, light_samples=16)
+    expected = (1.0, 0.5, 0.0) if visible is None else visible
+    np.testing.assert_allclose(color, 0.4 * np.array(expected), rtol=2e-3, atol=1e-4)
+    unshadowed = replace(scene, domes=(replace(dome, casts_shadow=False),))
+    np.testing.assert_allclose(radiance(unshadowed, UNDER, light_samples=16), 0.4, rtol=2e-3)

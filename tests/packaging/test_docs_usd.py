@@ -239,7 +239,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W409": (light("DiskLight", "float inputs:radius = 0"), {"/l"}),
     "W410": (light("DomeLight", "rel portals = </p>") + 'def Xform "p" {}', {"/l"}),
     "W411": (
-        light("DomeLight", 'asset inputs:texture:file = @DIR/good.png@\ntoken inputs:texture:format = "angular"'),
+        light(
+            "DomeLight",
+            'asset inputs:texture:file = @DIR/good.png@\ntoken inputs:texture:format = "cubeMapVerticalCross"',
+        ),
         {"/l"},
     ),
     "W412": (light("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = 0"), {"/l"}),

@@ -29,6 +29,11 @@ class _NoImages:
     def decoded(self, row, attribute, prim):
         return row, True
 
+    def latlong(self, row, layout, *, is_srgb):
+        if layout == "cubeMapVerticalCross":  # stands for an image of other proportions
+            return -1, False
+        return (row, is_srgb) if layout in ("automatic", "latlong") else (row + 1, False)
+
 
 def _stage(body):
     stage = Usd.Stage.CreateInMemory()
@@ -282,10 +287,19 @@ def test_dome_texture_is_loaded_for_layouts_that_are_supported():
             "DomeLight", f'asset inputs:texture:file = @sky.hdr@\ntoken inputs:texture:format = "{layout}"'
         )
         assert (dome.image, dome.is_srgb, loaded, codes) == (7, True, ["sky.hdr"], [])
-    dome, codes, loaded = _dome(
-        "DomeLight", 'asset inputs:texture:file = @sky.hdr@\ntoken inputs:texture:format = "mirroredBall"'
-    )
-    assert (dome.image, loaded, codes) == (-1, [], ["W411"])
+    file = "asset inputs:texture:file = @sky.hdr@\ntoken inputs:texture:format = "
+    for layout in ("mirroredBall", "angular"):
+        dome, codes, _ = _dome("DomeLight", f'{file}"{layout}"')
+        assert (dome.image, dome.is_srgb, codes) == (8, False, [])
+    dome, codes, _ = _dome("DomeLight", f'{file}"cubeMapVerticalCross"')
+    assert (dome.image, codes) == (-1, ["W411"])
+    dome, codes, _ = _dome("DomeLight", f'{file}"octahedral"')
+    assert (dome.image, codes) == (7, ["W413"])
+
+
+def test_domes_have_shadows_too():
+    dome, _, _ = _dome("DomeLight", "bool inputs:shadow:enable = 0\nfloat inputs:shadow:distance = 3")
+    assert (dome.casts_shadow, dome.shadow) == (False, Shadow(distance=3.0))
 
 
 @pytest.mark.parametrize(

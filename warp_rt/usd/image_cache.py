@@ -13,6 +13,7 @@ from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Image
 from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE, ColorSpace, color_space
+from warp_rt.usd.dome_layouts import LATLONG, guess_layout, has_proportions, to_latlong
 from warp_rt.usd.image_files import MAX_TEXELS, ImageFile, read_image_file
 
 MISSING_FILE = "W201"
@@ -30,6 +31,7 @@ class ImageCache:
         self._rows: dict[str, int | str] = {}
         self._converted: dict[tuple[int, ColorSpace], int] = {}
         self._atlases: dict[str, tuple[int, np.ndarray]] = {}
+        self._environments: dict[tuple[int, str, bool], int] = {}
         self._report = report
 
     def load(self, asset: Sdf.AssetPath, prim: object) -> int:
@@ -72,6 +74,31 @@ class ImageCache:
         if paths[0][0] not in self._atlases:
             self._atlases[paths[0][0]] = self._join_tiles(paths, asset, prim)
         return self._atlases[paths[0][0]]
+
+    def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
+        """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be one.
+
+        Args:
+            row: Of the image, in that layout already or in another.
+            layout: A token of UsdLux's ``texture:format``.
+            is_srgb: Whether the image is sRGB encoded.
+        """
+        if row < 0:
+            return row, False
+        pixels = self.images[row].pixels
+        height, width = pixels.shape[:2]
+        if layout == "automatic":
+            layout = guess_layout(width, height)
+        if layout == LATLONG:
+            return row, is_srgb
+        if not has_proportions(layout, width, height):
+            return -1, False
+        key = (row, layout, is_srgb)
+        if key not in self._environments:
+            self.images.append(Image(self.images[row].path, to_latlong(pixels, layout, is_srgb=is_srgb)))
+            self._is_srgb.append(False)
+            self._environments[key] = len(self.images) - 1
+        return self._environments[key], False
 
     def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
         """Return the row of an image to read, and whether to decode it by the sRGB curve.

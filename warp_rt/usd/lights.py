@@ -20,6 +20,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Light, LightKind, Shadow
 from warp_rt.usd.attribute_values import AttributeReader
+from warp_rt.usd.dome_layouts import LAYOUTS
 from warp_rt.usd.ies import ProfileCache
 
 UNSUPPORTED_LIGHT = "W401"
@@ -60,6 +61,9 @@ class Images(Protocol):
 
     def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
         """Return the row to read of the image of an attribute, and whether to decode it by the sRGB curve."""
+
+    def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
+        """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be."""
 
 
 def is_light(prim: Usd.Prim) -> bool:
@@ -315,15 +319,25 @@ def _read_dome(
     image, is_srgb = -1, False
     asset = attributes.asset("inputs:texture:file")
     if asset is not None:
-        layout = attributes.token("inputs:texture:format", "automatic")
-        if layout in ("automatic", "latlong"):
-            image = images.image(asset, prim)
-            image, is_srgb = images.decoded(image, prim.GetAttribute("inputs:texture:file"), path)
-        else:
-            report.warn(DOME_LAYOUT, path, f"the texture format {layout!r} is not supported; the dome is uniform")
+        layout = attributes.token("inputs:texture:format", "automatic", ("automatic", *LAYOUTS))
+        row, is_srgb = images.decoded(images.image(asset, prim), prim.GetAttribute("inputs:texture:file"), path)
+        image, is_srgb = images.latlong(row, layout, is_srgb=is_srgb)
+        if image < row:
+            message = f"the image @{asset.path}@ has not the proportions of the format {layout}; the dome is uniform"
+            report.warn(DOME_LAYOUT, path, message)
     diffuse, specular = _multipliers(attributes)
     red, green, blue = (float(c) for c in radiance)
-    return Dome(str(path), matrix, (red, green, blue), image=image, is_srgb=is_srgb, diffuse=diffuse, specular=specular)
+    return Dome(
+        str(path),
+        matrix,
+        (red, green, blue),
+        image=image,
+        is_srgb=is_srgb,
+        diffuse=diffuse,
+        specular=specular,
+        casts_shadow=attributes.truth("inputs:shadow:enable", True),
+        shadow=_shadow(attributes),
+    )
 
 
 # --- what is not drawn

@@ -186,7 +186,8 @@ def _read_lights(
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")
             continue
         if isinstance(light, Dome):
-            domes.append(replace(light, path=placed.path, receivers=receivers))
+            shadow = replace(light.shadow, casters=casters)
+            domes.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))
         elif light is not None:
             shadow = replace(light.shadow, casters=casters)
             lights.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))

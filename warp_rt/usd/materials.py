@@ -87,6 +87,10 @@ class MaterialReader:
         """Return the row to read of the image that an attribute names, and whether to decode it by the sRGB curve."""
         return self._images.decoded(row, attribute, prim)
 
+    def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
+        """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be."""
+        return self._images.latlong(row, layout, is_srgb=is_srgb)
+
     def bind(self, prim: Usd.Prim, bindings: Bindings | None = None) -> int:
         """Return the row of the material that is bound to a gprim or GeomSubset.
 
