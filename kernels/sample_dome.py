@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .environment import direction_from_latlong, latlong_from_direction
+from .environment import latlong_from_direction
 from .light_direction import LightDirection
 from .sampling import concentric_disk
 from .structs import DomeData, SceneData
@@ -75,19 +75,29 @@ def sample_dome_image(scene: wp.ref[SceneData], dome: wp.ref[DomeData], u: wp.ve
     column = cell_above(scene.dome_cells, first, columns, u[0])
     left = cell_start(scene.dome_cells, first, column)
     share_of_column = scene.dome_cells[first + column] - left
-    x = (float(column) + (u[0] - left) / share_of_column) / float(columns)
-    y = (float(row) + (u[1] - below) / share_of_row) / float(rows)
+    longitude = (0.5 - (float(column) + (u[0] - left) / share_of_column) / float(columns)) * 2.0 * wp.pi
+    # Even in height above the equator is even in solid angle, so that no cell is denser towards its pole.
+    height = cell_height(row, rows) * (u[1] - below) / share_of_row - wp.cos(wp.pi * float(row) / float(rows))
+    around = wp.sqrt(wp.max(1.0 - height * height, 0.0))
+    wi = dome.axis_x * (around * wp.sin(longitude)) + dome.axis_y * height
     s = LightDirection()
-    s.wi = direction_from_latlong(dome, wp.vec2(x, y))
+    s.wi = wp.normalize(wi + dome.axis_z * (around * wp.cos(longitude)))
     s.distance = wp.inf
-    s.pdf = cell_pdf(share_of_row * share_of_column * float(rows * columns), y)
+    s.pdf = share_of_row * share_of_column / cell_solid_angle(dome, row)
     return s
 
 
 @wp.func
-def cell_pdf(density: float, y: float) -> float:
-    """Return the density [1/sr] of a direction, from that in the image's unit square and its height there."""
-    return density / (2.0 * wp.pi * wp.pi * wp.max(wp.sin(wp.pi * y), 1.0e-6))
+def cell_height(row: int, rows: int) -> float:
+    """Return how high a row of cells is on the unit sphere: the difference of two cosines, without its error."""
+    step = 0.5 * wp.pi / float(rows)
+    return 2.0 * wp.sin(step) * wp.sin(float(2 * row + 1) * step)
+
+
+@wp.func
+def cell_solid_angle(dome: wp.ref[DomeData], row: int) -> float:
+    """Return the solid angle of each cell of a row [sr]."""
+    return cell_height(row, dome.cell_rows) * 2.0 * wp.pi / float(dome.cell_columns)
 
 
 @wp.func
@@ -101,4 +111,4 @@ def dome_image_pdf(scene: wp.ref[SceneData], dome: wp.ref[DomeData], wi: wp.vec3
     first = dome.cells_offset + rows + row * columns
     of_row = scene.dome_cells[dome.cells_offset + row] - cell_start(scene.dome_cells, dome.cells_offset, row)
     of_column = scene.dome_cells[first + column] - cell_start(scene.dome_cells, first, column)
-    return cell_pdf(of_row * of_column * float(rows * columns), st[1])
+    return of_row * of_column / cell_solid_angle(dome, row)

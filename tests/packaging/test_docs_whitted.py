@@ -147,6 +147,9 @@ def test_bounds_in_the_text():
     assert f"at most {limit} times" in TEXT
     assert float(constants.SPAWN_OFFSET) == 2.0**-19
     assert int(constants.CYLINDER_FACETS) == 6
+    assert f"below {float(constants.SOLID_ANGLE_MIN)} sr" in TEXT
+    assert f"at most {int(constants.GRAZING_FADE)} F0" in TEXT
+    assert float(constants.IMAGE_SHARE) == 0.5
 
 
 @pytest.mark.parametrize("document", ["whitted.md", "usd.md", "conventions.md"])
