@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
+from warp_rt.light_shapes import ellipse_circumference, ellipsoid_area
 from warp_rt.light_tables import LightTables
 from warp_rt.scene import Light, LightKind
 
@@ -84,9 +86,15 @@ def _emission(light: Light) -> np.ndarray:
 
 
 def _radius(light: Light, lengths: np.ndarray) -> float:
-    """Return the world radius; of what an uneven scale makes no circle, that of the same cross-section or mean."""
+    """Return the radius of a round light as a whole; of one under uneven scale, that of the same area.
+
+    Averaged over all directions, a convex body covers the same solid angle as the sphere of its area (Cauchy: its mean
+    projection is a quarter of its surface), so that it gives the same mean irradiance. A cylinder likewise gets the
+    radius of the same circumference.
+    """
+    a, b, c = (float(length) for length in lengths)
     if light.kind == LightKind.DISK:
-        return light.radius * float(np.sqrt(lengths[0] * lengths[1]))
+        return light.radius * math.sqrt(a * b)
     if light.kind == LightKind.CYLINDER:
-        return light.radius * float(np.sqrt(lengths[1] * lengths[2]))
-    return light.radius * float(np.mean(lengths))
+        return light.radius * ellipse_circumference(b, c) / (2 * math.pi)
+    return light.radius * math.sqrt(ellipsoid_area(a, b, c) / (4 * math.pi))

@@ -51,7 +51,7 @@ def meet_all(lights: wp.array[LightData], position: wp.vec3, directions: wp.arra
 def upload(light: Light) -> wp.array:
     """Return the light as a kernel reads it."""
     record = np.zeros(1, LightData.numpy_dtype())
-    for name, value in light_record(light, np.zeros(3), LightTables()).items():
+    for name, value in light_record(light, np.zeros(3), LightTables(lambda light: (-1, np.ones(3)))).items():
         record[0][name] = value
     return wp.array(record, dtype=LightData, device="cpu")
 

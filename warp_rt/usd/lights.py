@@ -17,6 +17,7 @@ from typing import Protocol
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
+from warp_rt.light_shapes import ellipse_circumference, ellipsoid_area
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Light, LightKind, Shadow
 from warp_rt.usd.attribute_values import AttributeReader
@@ -47,8 +48,6 @@ _DOMES = ("DomeLight", "DomeLight_1")
 _OLD_NAMES = ("intensity", "exposure", "color", "normalize", "angle", "radius", "width", "height", "length")
 # Scales along the axes of a round light that differ by less count as equal: float32 transforms are not exact.
 _EVEN_SCALE = 1e-3
-# Thomsen's exponent for the area of an ellipsoid, within 1.2 % of the true area; UsdLux's reference has it, too.
-_THOMSEN = 1.6
 # Pole +Y to +Z, image centre +Z to -Y: the rotation of a dome whose pole is Z.
 _Z_POLE = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
@@ -156,7 +155,7 @@ def _read_shape(
                 report.warn(POINT_WITHOUT_AREA, path, "a point of radius 0 sends out nothing; read as if normalised")
             radius, is_normalized = 1.0, True
     if kind in (LightKind.SPHERE, LightKind.POINT, LightKind.CYLINDER):
-        matrix = _rounded(matrix, kind, path, report)
+        _report_uneven_scale(matrix, kind, path, report)
     if not has_falloff:
         divisor = 1.0
     elif kind == LightKind.DISTANT:
@@ -260,45 +259,18 @@ def _world_area(
         return math.pi * radius**2 * float(np.linalg.norm(np.cross(x, y)))
     a, b, c = (float(np.linalg.norm(axis)) * radius for axis in (x, y, z))
     if kind == LightKind.CYLINDER:
-        return _ellipse_circumference(b, c) * float(np.linalg.norm(x)) * length
-    return _ellipsoid_area(a, b, c)
+        return ellipse_circumference(b, c) * float(np.linalg.norm(x)) * length
+    return ellipsoid_area(a, b, c)
 
 
-def _ellipsoid_area(a: float, b: float, c: float) -> float:
-    """Return the area of an ellipsoid of half axes a, b, c, by Thomsen's formula."""
-    mean = ((a * b) ** _THOMSEN + (a * c) ** _THOMSEN + (b * c) ** _THOMSEN) / 3
-    return 4 * math.pi * mean ** (1 / _THOMSEN)
-
-
-def _ellipse_circumference(a: float, b: float) -> float:
-    """Return the circumference of an ellipse of half axes a, b.
-
-    Reference: Ramanujan (1914), Modular Equations and Approximations to pi, the first of two formulas.
-    """
-    return math.pi * (3 * (a + b) - math.sqrt((3 * a + b) * (a + 3 * b)))
-
-
-def _rounded(matrix: np.ndarray, kind: LightKind, path: Sdf.Path, report: Report) -> np.ndarray:
-    """Return a transform that keeps a sphere a sphere, or a cylinder's section a circle.
-
-    An ellipsoid becomes the sphere of the same area: averaged over all directions it covers the same solid angle
-    (Cauchy's mean projected area of a convex body, a quarter of its surface), so it gives the same mean irradiance.
-    A cylinder likewise gets the radius of the same circumference.
-    """
-    axes = matrix[:3, :3]
-    scales = np.linalg.norm(axes, axis=0)
+def _report_uneven_scale(matrix: np.ndarray, kind: LightKind, path: Sdf.Path, report: Report) -> None:
+    """Report a sphere that its transform makes an ellipsoid, or a cylinder whose section it makes an ellipse."""
+    scales = np.linalg.norm(matrix[:3, :3], axis=0)
     round_scales = scales[1:] if kind == LightKind.CYLINDER else scales
-    if round_scales.max() <= round_scales.min() * (1 + _EVEN_SCALE):
-        return matrix
-    a, b, c = (float(scale) for scale in scales)
-    if kind == LightKind.CYLINDER:
-        even = np.array([a, *[_ellipse_circumference(b, c) / (2 * math.pi)] * 2])
-    else:
-        even = np.full(3, math.sqrt(_ellipsoid_area(a, b, c) / (4 * math.pi)))
-    report.warn(UNEVEN_SCALE, path, "a round light under uneven scale is drawn as a circular one of the same area")
-    result = matrix.copy()
-    result[:3, :3] = axes * (even / scales)
-    return result
+    if round_scales.max() > round_scales.min() * (1 + _EVEN_SCALE):
+        report.warn(
+            UNEVEN_SCALE, path, "a round light under uneven scale: unless sampled, it counts as one of the same area"
+        )
 
 
 # --- domes
