@@ -45,7 +45,7 @@ from .tree_record import (
     TOTALLY_REFLECTED,
 )
 from .vector import max_component, reflect, refract, refraction_discriminant
-from .visibility import is_seen
+from .visibility import is_held_out, is_seen
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -303,9 +303,11 @@ def trace_tree(
         if not is_seen(scene, hit.instance, task.depth):
             shading.presence = 0.0
         tell_surface(observer, scene, surface, shading)
+        holds_out = is_held_out(scene, hit.instance, task.depth)
         if task.depth == 1:
             travelled += hit.t
-            alpha += task.weight * shading.presence
+            if not holds_out:
+                alpha += task.weight * shading.presence
             if first.instance < 0 and shading.presence > 0.0:
                 first.instance = hit.instance
                 first.surface = surface
@@ -333,6 +335,8 @@ def trace_tree(
                 continue
             task.coefficient = task.coefficient * shading.presence
             task.weight = task.weight * shading.presence
+        if holds_out:
+            continue
         local = local_illumination(
             scene, accel, frame, stack, surface, shading, task.depth, task.key, sample, counts, observer
         )

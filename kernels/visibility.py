@@ -12,6 +12,8 @@ SEEN_BY_BOUNCES = wp.constant(2)
 """Reflection and refraction rays meet it."""
 CASTS_SHADOW = wp.constant(4)
 """Shadow rays meet it."""
+HOLDS_OUT = wp.constant(8)
+"""Eye rays that meet it bring back neither light nor alpha."""
 
 
 @wp.func
@@ -29,6 +31,12 @@ def is_seen(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
     if depth == 1:
         flag = int(SEEN_BY_EYE)
     return is_present(scene, instance, flag)
+
+
+@wp.func
+def is_held_out(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
+    """Return whether a ray from the eye ends at an instance that holds out what is behind it."""
+    return scene.has_hidden != 0 and depth == 1 and is_present(scene, instance, HOLDS_OUT)
 
 
 @wp.func

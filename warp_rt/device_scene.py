@@ -18,6 +18,7 @@ from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
+from warp_rt.kernels.visibility import HOLDS_OUT
 from warp_rt.light_tables import LightTables
 from warp_rt.options import TEXTURE_FILTERS
 from warp_rt.placement import Placement, place_scene, relative_points
@@ -215,6 +216,8 @@ def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement
     table["prim"] = instances.prim
     table["id"] = instances.instance_id
     table["flags"] = RayMask.ALL if instances.seen_by is None else instances.seen_by
+    if instances.is_matte is not None:
+        table["flags"] |= np.where(instances.is_matte, int(HOLDS_OUT), 0)
     data.has_hidden = bool((table["flags"] != RayMask.ALL).any())
     data.instances = pack.array(table, structs.InstanceData)
     data.material_table = pack.array(instances.material_table.astype(np.int32), wp.int32)

@@ -10,7 +10,7 @@ range, numbers are finite, transforms are invertible. Matrices act on column vec
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum, IntFlag
 from typing import Any
 
@@ -149,6 +149,8 @@ class Instances:
     """Values that take precedence over the mesh's primvar of that name: float32, shape [n, c]; a row of NaN: none."""
     seen_by: np.ndarray | None = None
     """uint8, shape [n], ``RayMask`` of the rays that each is there for; others pass straight through. None: all."""
+    is_matte: np.ndarray | None = None
+    """bool, shape [n], which hold out: where eye rays meet them, the picture is black and transparent. None: none."""
 
     def __post_init__(self) -> None:
         """Refuse transforms that place nothing anywhere.
@@ -161,6 +163,20 @@ class Instances:
 
     def __len__(self) -> int:
         return len(self.mesh)
+
+    def __getitem__(self, rows: np.ndarray) -> Instances:
+        """Return some of them, in the order of ``rows``."""
+        return replace(
+            self,
+            mesh=self.mesh[rows],
+            world_from_local=self.world_from_local[rows],
+            material_offset=self.material_offset[rows],
+            prim=self.prim[rows],
+            instance_id=self.instance_id[rows],
+            primvars={name: values[rows] for name, values in self.primvars.items()},
+            seen_by=None if self.seen_by is None else self.seen_by[rows],
+            is_matte=None if self.is_matte is None else self.is_matte[rows],
+        )
 
 
 # --- materials

@@ -711,6 +711,15 @@ PROBES: dict[str, Probe] = {
     ),
     "RenderProduct.orderedVars": one("/settings/var2"),
     "RenderPass.renderSource": one("/settings2"),
+    **{
+        f"RenderPass.collection:{name}:{part}": one("/other", given={f"collection:{name}:includeRoot": root})
+        for names, parts, root in (
+            (("cameraVisibility", "renderVisibility"), ("includes", "membershipExpression"), False),
+            (("matte", "prune"), ("excludes",), True),
+        )
+        for name in names
+        for part in parts
+    },
     "SkelBindingAPI.primvars:skel:geomBindTransform": one(_MATRIX),
     "SkelBindingAPI.primvars:skel:jointIndices": one([1, 0] * 4),
     "SkelBindingAPI.primvars:skel:jointWeights": one([0.5, 0.5] * 4),

@@ -9,7 +9,7 @@ from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Settings
 from warp_rt.usd.load import load_stage
-from warp_rt.usd.settings import read_settings, settings_of_pass
+from warp_rt.usd.settings import read_settings
 
 
 def _read(settings="", products="", metadata='renderSettingsPrimPath = "/Render/S"', path=None):
@@ -227,22 +227,3 @@ def test_a_camera_that_is_not_there_is_named():
     assert [(d.code, d.prim) for d in load_stage(stage).diagnostics] == [("W523", "/S")]
     stage.GetRootLayer().ImportFromString(text + 'def Camera "Cam" {\n}')
     assert load_stage(stage).diagnostics == ()
-
-
-@pytest.mark.parametrize(
-    ("body", "told"),
-    [
-        ("", []),
-        ("uniform bool collection:prune:includeRoot = 0", []),
-        ('uniform token collection:matte:mode = "relationship"', []),
-        ("uniform bool collection:matte:includeRoot = 1", ["W522"]),
-        ("rel collection:prune:includes = </a>\nrel collection:cameraVisibility:excludes = </a>", ["W522", "W522"]),
-        ('uniform pathExpression collection:renderVisibility:membershipExpression = "/a"', ["W522"]),
-    ],
-)
-def test_collections_of_a_pass_are_told(body: str, told: list[str]) -> None:
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef RenderPass "P" {{ rel renderSource = </S>\n{body}\n}}')
-    report = Report()
-    assert settings_of_pass(stage, "/P", report) == "/S"
-    assert [record.code for record in report] == told

@@ -57,13 +57,14 @@ class LinkReader:
         self._names = names
         self._report = report
 
-    def read(self, prim: Usd.Prim, path: str, name: str) -> np.ndarray | None:
-        """Return which placed meshes a light's collection holds.
+    def read(self, prim: Usd.Prim, path: str, name: str, code: str = BAD_LINKING) -> np.ndarray | None:
+        """Return which placed meshes a collection of a light, or of another prim, holds.
 
         Args:
             prim: The light.
             path: Of this copy of it, which may be an instance proxy's.
-            name: Of the collection, ``lightLink`` or ``shadowLink``.
+            name: Of the collection, such as ``lightLink`` or ``shadowLink``.
+            code: Of the diagnostics.
 
         Returns:
             bool, shape [instance_count]; None where it holds all of them.
@@ -75,12 +76,12 @@ class LinkReader:
             return None
         is_valid, reason = collection.Validate()
         if not is_valid:
-            self._report.warn(BAD_LINKING, path, f"the collection {name}: {' '.join(reason.split())}")
+            self._report.warn(code, path, f"the collection {name}: {' '.join(reason.split())}")
         for target in (*collection.GetIncludesRel().GetTargets(), *collection.GetExcludesRel().GetTargets()):
             named = self._stage.GetPrimAtPath(target.GetPrimPath())
             if named and named.IsA(UsdGeom.Subset):
-                message = f"the collection {name} names the face subset {target}; only whole meshes are linked"
-                self._report.warn(BAD_LINKING, path, message)
+                message = f"the collection {name} names the face subset {target}; only whole meshes count"
+                self._report.warn(code, path, message)
         held = self._held_rows(collection.ComputeMembershipQuery())
         return None if held.all() else held
 

@@ -22,8 +22,9 @@ from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.motion import without_idle_shutters
-from warp_rt.usd.placement import Group
+from warp_rt.usd.placement import Group, PlacedPrim
 from warp_rt.usd.polygons import MAX_COORDINATE
+from warp_rt.usd.render_pass import PassCollections, without_unused
 from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
     captured_warnings,
@@ -101,7 +102,16 @@ def load_stage(
         group = placed.build(gprims)
         instances = _instances(group, gprims, report)
         linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
-        lights, domes = _read_lights(group, materials, linking, code, report)
+        placed_lights = group.lights
+        collections = None if pass_path is None else PassCollections(stage.GetPrimAtPath(pass_path), report)
+        meshes = gprims.meshes
+        if collections is not None:
+            meshes, instances = without_unused(meshes, collections.geometry(instances, linking))
+            linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
+            placed_lights = collections.lights(placed_lights)
+        lights, domes = _read_lights(placed_lights, materials, linking, code, report)
+        if collections is not None:
+            domes = collections.domes(domes)
         cameras = _read_cameras(group, code, report)
         if base_time is None:
             cameras = without_idle_shutters(stage, cameras, code)
@@ -114,7 +124,7 @@ def load_stage(
             report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
         up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
     scene = Scene(
-        meshes=gprims.meshes,
+        meshes=meshes,
         instances=instances,
         prims=gprims.prims,
         instance_paths=group.names,
@@ -173,12 +183,16 @@ def _reach(geometry: Mesh | Shapes) -> float:
 
 
 def _read_lights(
-    group: Group, materials: MaterialReader, linking: LinkReader, time: Usd.TimeCode, report: Report
+    placed_lights: Sequence[PlacedPrim],
+    materials: MaterialReader,
+    linking: LinkReader,
+    time: Usd.TimeCode,
+    report: Report,
 ) -> tuple[list[Light], list[Dome]]:
     profiles = ProfileCache(report)
     lights: list[Light] = []
     domes: list[Dome] = []
-    for placed in group.lights:
+    for placed in placed_lights:
         try:
             light = read_light(placed.prim, placed.matrix, time, report, materials, profiles)
             receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))

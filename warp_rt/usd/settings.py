@@ -36,12 +36,6 @@ _POLICIES = (
     "adjustPixelAspectRatio",
 )
 # What a RenderPass says about prims, and what happens instead.
-_PASS_COLLECTIONS = {
-    "renderVisibility": "everything is rendered",
-    "cameraVisibility": "the camera sees everything",
-    "prune": "nothing is pruned",
-    "matte": "nothing is matte",
-}
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
 _BINDING_PURPOSES = ("full", "preview", "")
 _REC_709 = ("", "lin_rec709_scene", "lin_rec709", "lin_srgb")  # names of the space that is rendered in
@@ -150,20 +144,7 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
         raise SceneError(f"{source}: the render pass {path} names no renderSource")
     if len(targets) > 1:
         report.warn(IGNORED_SETTING, path, f"renderSource has {len(targets)} targets: the first counts")
-    for name, instead in _PASS_COLLECTIONS.items():
-        if _is_authored(prim, name):
-            report.warn(IGNORED_SETTING, path, f"the pass's collection {name} is not supported; {instead}")
     return str(targets[0])
-
-
-def _is_authored(prim: Usd.Prim, collection: str) -> bool:
-    """Return whether a prim's built-in collection holds other prims than where nothing is authored."""
-    prefix = f"collection:{collection}"
-    if any(prim.GetRelationship(f"{prefix}:{part}").HasAuthoredTargets() for part in ("includes", "excludes")):
-        return True
-    names = (f"{prefix}:{part}" for part in ("includeRoot", "membershipExpression"))
-    fallback = prim.GetPrimDefinition().GetAttributeFallbackValue
-    return any((prim.GetAttribute(name).Get() or None) != (fallback(name) or None) for name in names)
 
 
 def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Prim | None:
@@ -197,7 +178,7 @@ def report_unused(
     for path in render_prims:
         kind = stage.GetPrimAtPath(path).GetTypeName()
         if kind == "RenderPass" and path != pass_path:
-            report.warn(UNUSED_RENDER_PRIM, path, "render passes are not supported; everything is drawn in one")
+            report.warn(UNUSED_RENDER_PRIM, path, "counts where it is asked for (--render-pass) only")
         elif kind != "RenderPass" and not settings.path:
             report.warn(UNUSED_RENDER_PRIM, path, f"does not count: the stage's {_METADATA} does not name it")
 

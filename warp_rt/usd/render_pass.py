@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The collections of a RenderPass: what is drawn, what eye rays see, what holds out.
+
+Reference: UsdRenderPass schema documentation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from pxr import Sdf, Usd
+
+from warp_rt.report import Report
+from warp_rt.scene import Dome, Instances, Mesh, RayMask, Shapes
+from warp_rt.usd.linking import LinkReader
+from warp_rt.usd.placement import PlacedPrim
+
+BAD_COLLECTION = "W522"
+
+
+class PassCollections:
+    """What a pass says of geometry and lights.
+
+    Args:
+        prim: The RenderPass.
+        report: Takes diagnostics.
+    """
+
+    def __init__(self, prim: Usd.Prim, report: Report) -> None:
+        self._prim = prim
+        self._report = report
+
+    def geometry(self, instances: Instances, links: LinkReader) -> Instances:
+        """Return the placed meshes that take part, with what the pass says of each.
+
+        Args:
+            instances: All.
+            links: Tells which of them a collection holds.
+        """
+        rendered, seen, pruned, is_matte = (
+            self._rows(links, name, len(instances))
+            for name in ("renderVisibility", "cameraVisibility", "prune", "matte")
+        )
+        if not seen.all():
+            rays = np.uint8(RayMask.ALL) if instances.seen_by is None else instances.seen_by
+            seen_by = np.where(seen, rays, rays & np.uint8(RayMask.ALL & ~RayMask.EYE)).astype(np.uint8)
+            instances = replace(instances, seen_by=seen_by)
+        if is_matte.any():
+            instances = replace(instances, is_matte=is_matte)
+        kept = rendered & ~pruned
+        return instances if kept.all() else instances[np.flatnonzero(kept)]
+
+    def lights(self, placed: Sequence[PlacedPrim]) -> tuple[PlacedPrim, ...]:
+        """Return the lights that shine in this pass."""
+        rendered, pruned = self._query("renderVisibility"), self._query("prune")
+        paths = [_valid_path(light.path, light.prim.GetPath()) for light in placed]
+        shines = [rendered.IsPathIncluded(path) and not pruned.IsPathIncluded(path) for path in paths]
+        return tuple(light for light, is_on in zip(placed, shines, strict=True) if is_on)
+
+    def domes(self, domes: Sequence[Dome]) -> list[Dome]:
+        """Return domes, hidden from eye rays where the pass says so."""
+        seen = self._query("cameraVisibility")
+        return [
+            dome if seen.IsPathIncluded(_valid_path(dome.path)) else replace(dome, is_visible=False) for dome in domes
+        ]
+
+    def _rows(self, links: LinkReader, name: str, count: int) -> np.ndarray:
+        held = links.read(self._prim, str(self._prim.GetPath()), name, BAD_COLLECTION)
+        return np.ones(count, bool) if held is None else held
+
+    def _query(self, name: str) -> Usd.UsdCollectionMembershipQuery:
+        return Usd.CollectionAPI(self._prim, name).ComputeMembershipQuery()
+
+
+def without_unused(
+    meshes: tuple[Mesh | Shapes, ...], instances: Instances
+) -> tuple[tuple[Mesh | Shapes, ...], Instances]:
+    """Return the meshes that are placed, and the placed meshes with their new rows."""
+    used, rows = np.unique(instances.mesh, return_inverse=True)
+    return tuple(meshes[row] for row in used), replace(instances, mesh=rows.reshape(-1).astype(np.int32))
+
+
+def _valid_path(path: str, otherwise: Sdf.Path = Sdf.Path.absoluteRootPath) -> Sdf.Path:
+    """Return a path; copies of a PointInstancer have none in the stage."""
+    return Sdf.Path(path) if Sdf.Path.IsValidPathString(path) else otherwise
