@@ -254,7 +254,7 @@ def local_illumination(
                 response = eval_response(shading, arriving.wi, scales)
                 term = wp.cw_mul(wp.cw_mul(visible, light_color), response)
                 result += term
-            tell_light(observer, k, scales, arriving, shading, light_color, visible, term)
+            tell_light(observer, k, light.casts_shadow, scales, arriving, shading, light_color, visible, term)
         else:
             tell_dark_light(observer, k, cosine)
     for k in range(scene.dome_count):

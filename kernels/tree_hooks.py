@@ -243,6 +243,7 @@ def tell_blocked(
 def tell_light(
     observer: Observer,
     row: int,
+    casts_shadow: int,
     scales: wp.vec3,
     sample: wp.ref[LightSample],
     shading: wp.ref[Shading],
@@ -258,6 +259,7 @@ def tell_light(
 def tell_light(
     observer: wp.ref[TreeRecorder],
     row: int,
+    casts_shadow: int,
     scales: wp.vec3,
     sample: wp.ref[LightSample],
     shading: wp.ref[Shading],
@@ -273,7 +275,7 @@ def tell_light(
     record.wi = sample.wi
     record.to_shadow = sample.to_shadow
     record.distance = sample.distance
-    record.shadow_rays = light.casts_shadow
+    record.shadow_rays = casts_shadow
     record.color = color
     record.visible = visible
     record.diffuse = eval_response(shading, sample.wi, wp.vec3(scales[0], 0.0, 0.0))
