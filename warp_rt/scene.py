@@ -485,6 +485,8 @@ class Product:
     """In order; none: colour."""
 
 
+_SMALL = 1024  # triangles of a mesh up to which many are measured at once, and how many
+
 # --- the whole
 
 
@@ -544,7 +546,7 @@ class Scene:
         """Return the world-space box of all instances: float64, shape [2, 3]; NaN where there is no geometry."""
         if not len(self.instances):
             return np.full((2, 3), np.nan)
-        local = np.array([local_bounds(mesh) for mesh in self.meshes])[self.instances.mesh]
+        local = local_boxes(self.meshes)[self.instances.mesh]
         center, half = local.mean(axis=1), (local[:, 1] - local[:, 0]) / 2
         matrix = self.instances.world_from_local
         center = np.einsum("nij,nj->ni", matrix[:, :3, :3], center) + matrix[:, :3, 3]
@@ -644,6 +646,29 @@ def local_bounds(geometry: Mesh | Shapes) -> np.ndarray:
     is_used = np.zeros(len(geometry.points), bool)
     is_used[geometry.triangles.reshape(-1)] = True
     return point_bounds(geometry.points if is_used.all() else geometry.points[is_used])
+
+
+def local_boxes(geometry: Sequence[Mesh | Shapes]) -> np.ndarray:
+    """Return the box of each mesh's triangles, or of shapes: float64, shape [n, 2, 3]; NaN where there are none."""
+    boxes = np.full((len(geometry), 2, 3), np.nan)
+    small: list[int] = []
+    for row, one in enumerate(geometry):
+        if isinstance(one, Mesh) and 0 < len(one.triangles) < _SMALL and len(one.points) < _SMALL:
+            small.append(row)
+        else:
+            boxes[row] = local_bounds(one)
+    for first in range(0, len(small), _SMALL):
+        rows = small[first : first + _SMALL]
+        meshes = [one for one in (geometry[row] for row in rows) if isinstance(one, Mesh)]
+        points = np.concatenate([mesh.points for mesh in meshes])
+        counts = np.array([len(mesh.points) for mesh in meshes])
+        starts = np.cumsum(counts) - counts
+        sides = np.repeat(starts, [len(mesh.triangles) for mesh in meshes])
+        is_used = np.zeros(len(points), bool)
+        is_used[np.concatenate([mesh.triangles for mesh in meshes]) + sides[:, None]] = True
+        for side, (reduce, nothing) in enumerate(((np.minimum, np.inf), (np.maximum, -np.inf))):
+            boxes[rows, side] = reduce.reduceat(np.where(is_used[:, None], points, np.float32(nothing)), starts)
+    return boxes
 
 
 def point_bounds(points: np.ndarray) -> np.ndarray:

@@ -22,6 +22,8 @@ def float_rows(value: Any) -> np.ndarray | None:
         array = array[:, None]
     if array.ndim != 2 or not 1 <= array.shape[1] <= 4:
         return None
+    if array.dtype == np.float32:
+        return np.ascontiguousarray(array)
     with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which every caller looks for
         return np.ascontiguousarray(array, np.float32)
 

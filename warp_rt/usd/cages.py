@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf
+from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.triangulate import triangulate
@@ -24,7 +24,7 @@ from warp_rt.usd.volumes import enclose_volumes
 class Cage(NamedTuple):
     """A mesh as its arrays say it; there are points and faces."""
 
-    path: Sdf.Path
+    prim: Usd.Prim
     points: np.ndarray
     """float32, shape [n, 3]."""
     counts: np.ndarray
@@ -134,7 +134,7 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
     if is_damaged.any():
         points = np.where(is_usable[:, None], points, np.float32(0))
         parts = [
-            drawable_polygons(is_usable[own], cage.counts, cage.indices, str(cage.path), report)
+            drawable_polygons(is_usable[own], cage.counts, cage.indices, str(cage.prim.GetPath()), report)
             if damaged
             else _all_polygons(cage.counts, cage.indices)
             for cage, damaged, own in zip(cages, is_damaged, _slices(point_first), strict=True)

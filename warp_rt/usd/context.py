@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -28,9 +29,8 @@ SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.
 SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier)
 
 
-@dataclass(slots=True)
-class Context:
-    """What a prim has from those above it. It is never changed: most prims hand on what they were given."""
+class Context(NamedTuple):
+    """What a prim has from those above it."""
 
     matrix: np.ndarray
     """float64, shape [4, 4], group from parent."""
@@ -46,9 +46,9 @@ class Context:
     """Purpose authored above; empty: none."""
     bindings: Bindings = ()
     """What relationships above bind materials and skeletons."""
-    primvars: list[UsdGeom.Primvar] = field(default_factory=list)
+    primvars: Sequence[UsdGeom.Primvar] = ()
     """Constant primvars authored above."""
-    constants: Values = field(default_factory=dict)
+    constants: Values = MappingProxyType({})
     """Their values."""
     draw_mode: str = "default"
     """Of the model above."""
@@ -82,12 +82,12 @@ class Context:
 def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: Usd.TimeCode, report: Report) -> Context:
     """Return the context with what a prim's applied schemas say of visibility and levels of detail."""
     if "VisibilityAPI" in schemas:
-        here = replace(here, hidden_purposes=hidden_purposes(prim, here.hidden_purposes, time, report))
+        here = here._replace(hidden_purposes=hidden_purposes(prim, here.hidden_purposes, time, report))
     if "LODOverrideAPI" in schemas:
-        here = replace(here, lod_override=lod_override(prim, here.lod_override, time, report))
+        here = here._replace(lod_override=lod_override(prim, here.lod_override, time, report))
     if "LODRootAPI" in schemas:
         items = [child for child in prim.GetFilteredChildren(here.predicate) if child.IsLoaded()]
-        here = replace(here, lod_items=drawn_items(prim, items, here.lod_override, time, report))
+        here = here._replace(lod_items=drawn_items(prim, items, here.lod_override, time, report))
     return here
 
 
@@ -104,7 +104,7 @@ def said_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Rep
         schemas = [schema for schema in above.GetAppliedSchemas() if schema != "LODRootAPI"]
         context = apply_schemas(above, context, schemas, time, report)
         if above.HasAttribute(COMPLEXITY):
-            context = replace(context, level=own_level(above, context.level, time, report))
+            context = context._replace(level=own_level(above, context.level, time, report))
     return context
 
 
@@ -120,9 +120,9 @@ def hand_down(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeC
     """
     primvars = None
     if authored.primvars:
-        primvars = UsdGeom.PrimvarsAPI(prim).FindIncrementallyInheritablePrimvars(here.primvars)
+        primvars = UsdGeom.PrimvarsAPI(prim).FindIncrementallyInheritablePrimvars(list(here.primvars))
     bindings = extend_bindings(here.bindings, prim, authored.bindings)
     if not primvars:
-        return here if bindings is here.bindings else replace(here, bindings=bindings)
+        return here if bindings is here.bindings else here._replace(bindings=bindings)
     constants = inherited_constants(primvars, time, report)
-    return replace(here, bindings=bindings, primvars=primvars, constants=constants)
+    return here._replace(bindings=bindings, primvars=primvars, constants=constants)

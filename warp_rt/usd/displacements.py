@@ -44,6 +44,7 @@ class DisplacementReader:
     def __init__(self, materials: MaterialReader, report: Report) -> None:
         self._materials = materials
         self._report = report
+        self._known: dict[tuple[int, ...], tuple[Displacement | None, ...]] = {}
 
     def read(
         self,
@@ -62,7 +63,10 @@ class DisplacementReader:
             materials: Those of its slots.
             constants: Primvars that it has from above.
         """
-        displacements = tuple(self._materials.displacement(row) for row in materials)
+        displacements = self._known.get(materials)
+        if displacements is None:
+            displacements = tuple(self._materials.displacement(row) for row in materials)
+            self._known[materials] = displacements
         if not any(displacements):
             return None
         if not isinstance(geometry, Mesh) or level is None:

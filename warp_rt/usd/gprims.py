@@ -55,6 +55,7 @@ class _Listed(NamedTuple):
     """A prim that is drawn."""
 
     prim: Usd.Prim
+    path: Sdf.Path
     source: int
     """Row of the sources of geometry."""
     context: Context
@@ -106,25 +107,26 @@ class GprimReader:
             skin: Deforms it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
-        shared = prim.GetPrimInPrototype() if skin is None and prim.IsInstanceProxy() else prim
+        path = prim.GetPath()
+        key = prim.GetPrimInPrototype().GetPath() if skin is None and prim.IsInstanceProxy() else path
         times = (self._time, None)
         if "velocities" in authored.names:
             times = read_times(prim, self._time, self._base_time)
         level = self._level if context.level is None else context.level
-        key = (shared.GetPath(), level)
-        return self._add(prim, key, Source(prim, authored, skin, *times, level), context)
+        return self._add(prim, path, (key, level), Source(prim, authored, skin, *times, level), context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
-        return self._add(prim, shape.key, shape, context)
+        return self._add(prim, prim.GetPath(), shape.key, shape, context)
 
     def add_stand_in(self, prim: Usd.Prim, context: Context, stand_in: StandIn) -> int:
         """List a model that is replaced; return its row."""
-        return self._add(prim, stand_in.key, stand_in, context, stand_in.materials)
+        return self._add(prim, prim.GetPath(), stand_in.key, stand_in, context, stand_in.materials)
 
     def _add(
         self,
         prim: Usd.Prim,
+        path: Sdf.Path,
         key: object,
         source: Source | Shape | StandIn,
         context: Context,
@@ -133,7 +135,7 @@ class GprimReader:
         row = self._rows.setdefault(key, len(self._sources))
         if row == len(self._sources):
             self._sources.append(source)
-        self._listed.append(_Listed(prim, row, context, materials))
+        self._listed.append(_Listed(prim, path, row, context, materials))
         return len(self._listed) - 1
 
     def read(self) -> Gprims:
@@ -154,7 +156,7 @@ class GprimReader:
             mesh[row] = meshes.setdefault(key, len(meshes))
             if len(meshes) > len(drawn):
                 drawn.append(self._displacements.apply(source.mesh, move))
-            prim[row] = prims.setdefault((listed.prim.GetPath(), listed.context.tail_start), len(prims))
+            prim[row] = prims.setdefault((listed.path, listed.context.tail_start), len(prims))
             materials[row] = material_sets.setdefault(bound, len(material_sets))
         return Gprims(
             meshes=tuple(drawn),

@@ -4,15 +4,17 @@
 
 from __future__ import annotations
 
+import gc
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 from pxr import Tf, Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Camera, Dome, Instances, Light, Mesh, Scene, Shapes
+from warp_rt.scene import Camera, Dome, Instances, Light, Scene, local_boxes
 from warp_rt.usd.cameras import read_camera, report_hidden
 from warp_rt.usd.draw_modes import StandInReader
 from warp_rt.usd.gprims import GprimReader, Gprims
@@ -81,7 +83,7 @@ def load_stage(
         OptionError: ``time`` makes no sense.
     """
     report = Report()
-    with captured_warnings(report):
+    with captured_warnings(report), _without_collector():
         if isinstance(path_or_stage, Usd.Stage):
             stage, source = path_or_stage, path_or_stage.GetRootLayer().realPath
         else:
@@ -146,6 +148,18 @@ def load_stage(
     return replace(scene, diagnostics=tuple(report))
 
 
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """Keep Python's cycle collector from looking through all prims again and again: nothing here makes cycles."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
 def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
     """Return the rows that can be drawn."""
     kept = _drawable(group, gprims, report)
@@ -165,7 +179,7 @@ def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
 
 def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
     """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
-    reach = np.array([_reach(mesh) for mesh in gprims.meshes] or [0.0])[gprims.mesh[group.gprim]]
+    reach = np.nan_to_num(np.abs(local_boxes(gprims.meshes)).max(axis=(1, 2)))[gprims.mesh[group.gprim]]
     with np.errstate(over="ignore", invalid="ignore"):
         extent = np.abs(group.matrix[:, :3, :3]).sum(axis=(1, 2)) * reach + np.abs(group.matrix[:, :3, 3]).sum(axis=1)
     is_good = is_regular(group.matrix) & (extent <= MAX_COORDINATE)
@@ -174,12 +188,6 @@ def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
         message = f"{count} instances left out: their transform is singular or too large"
         report.warn(BAD_TRANSFORM, gprims.prims[prim], message)
     return np.flatnonzero(is_good)
-
-
-def _reach(geometry: Mesh | Shapes) -> float:
-    """Return a bound of the largest coordinate."""
-    radius = geometry.radii.max(initial=0) if isinstance(geometry, Shapes) else 0.0
-    return float(np.abs(geometry.points).max(initial=0) + radius)
 
 
 def _read_lights(

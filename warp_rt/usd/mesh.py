@@ -122,12 +122,12 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
         points, skin = pose(points, skin, prim, report)
         source = source._replace(skin=skin)
     holes = _read_holes(prim, len(counts), time, report) if "holeIndices" in authored.names else None
-    scheme = _SCHEMES[0]
-    if "subdivisionScheme" in authored.names:
+    scheme = prim.GetAttribute("subdivisionScheme").Get() if "subdivisionScheme" in authored.names else _SCHEMES[0]
+    if scheme not in _SCHEMES:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
     is_refined = level > 0 and scheme in SUBDIVISION_SCHEMES
-    cage = Cage(prim.GetPath(), points, counts, indices, holes, scheme in SMOOTH_SCHEMES)
+    cage = Cage(prim, points, counts, indices, holes, scheme in SMOOTH_SCHEMES)
     return _Mesh(source, cage, scheme, is_refined)
 
 

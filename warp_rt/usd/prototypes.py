@@ -8,7 +8,6 @@ A walk through instance proxies would take a thousand times as long.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -71,13 +70,12 @@ class Prototypes:
         key = (prim.GetPrototype().GetPath(), style, pose, context.bindings)
         group = self._groups.get(key)
         if group is None:
-            inside = replace(
-                context,
+            inside = context._replace(
                 matrix=np.eye(4),
                 world_from_group=context.world_from_group @ context.matrix,
                 path_length=len(str(prim.GetPath())),
                 tail_start=len(str(prim.GetPath())),
-                primvars=[],
+                primvars=(),
                 constants={},
             )
             group = walk_group(context.children(prim), inside)

@@ -5,35 +5,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pxr import Usd, UsdGeom, UsdSemantics
 
 from warp_rt.report import Report
+from warp_rt.usd.lights import is_light
 
 MOTION_SCALE = "W423"
 
 _LABELS = "SemanticsLabelsAPI:"
 
 
-@dataclass(frozen=True)
-class TypeTraits:
-    """What a prim type takes part in."""
+class PrimType(NamedTuple):
+    """What prims of a type, with the schemas that are applied to them, take part in."""
 
+    info: Usd.PrimTypeInfo
+    name: str
+    schemas: tuple[str, ...]
+    """Applied ones, those that belong to the type included."""
     is_imageable: bool
     is_xformable: bool
     is_boundable: bool
     is_known: bool
+    is_light: bool
 
 
-def read_traits(prim: Usd.Prim) -> TypeTraits:
-    """Return what the type of a prim takes part in."""
-    return TypeTraits(
-        is_imageable=prim.IsA(UsdGeom.Imageable),
-        is_xformable=prim.IsA(UsdGeom.Xformable),
-        is_boundable=prim.IsA(UsdGeom.Boundable),
-        is_known=not prim.GetTypeName() or not prim.GetPrimTypeInfo().GetSchemaType().isUnknown,
-    )
+class TypeReader:
+    """Tells the types of prims; those of one type, with the same schemas, are asked once."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str, PrimType] = {}
+
+    def read(self, prim: Usd.Prim) -> PrimType:
+        """Return the type of a prim."""
+        info, name = prim.GetPrimTypeInfo(), prim.GetTypeName()
+        known = self._latest.get(name)
+        if known is not None and known.info == info:
+            return known
+        found = self._latest[name] = PrimType(
+            info,
+            name,
+            tuple(prim.GetAppliedSchemas()),
+            is_imageable=prim.IsA(UsdGeom.Imageable),
+            is_xformable=prim.IsA(UsdGeom.Xformable),
+            is_boundable=prim.IsA(UsdGeom.Boundable),
+            is_known=not name or not info.GetSchemaType().isUnknown,
+            is_light=is_light(prim),
+        )
+        return found
 
 
 def report_ignored(prim: Usd.Prim, schemas: Sequence[str], report: Report) -> None:

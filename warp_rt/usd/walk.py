@@ -9,7 +9,7 @@ thousand of them takes its time for.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from pxr import Tf, Usd, UsdGeom
@@ -22,12 +22,11 @@ from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.context import COMPLEXITY, SHOWN, Context, apply_schemas, hand_down, own_level
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
-from warp_rt.usd.lights import is_light
 from warp_rt.usd.mesh import INVALID_VALUE
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import read_constants
 from warp_rt.usd.prototypes import Prototypes
-from warp_rt.usd.schemas import TypeTraits, read_labels, read_traits, report_ignored
+from warp_rt.usd.schemas import PrimType, TypeReader, read_labels, report_ignored
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.stage import error_text
 from warp_rt.usd.transforms import BAD_TRANSFORM, TransformReader
@@ -95,7 +94,7 @@ class StageWalk:
         self._skins = SkinReader(time, report)
         self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
         self._authored = AuthoredReader()
-        self._traits: dict[str, TypeTraits] = {}
+        self._types = TypeReader()
         self._nesting = 0
         self._visited = 0
 
@@ -136,33 +135,29 @@ class StageWalk:
         if not prim.IsLoaded():
             self._report.warn(UNLOADED, prim.GetPath(), "its payload is not loaded: left out with all below it")
             return None
-        kind = prim.GetTypeName()
-        traits = self._traits.get(kind)
-        if traits is None:
-            traits = self._traits[kind] = read_traits(prim)
+        prim_type = self._types.read(prim)
+        kind = prim_type.name
         has_clips = above.has_clips or prim.HasAuthoredMetadata("clips")
         authored = self._authored.read(prim, has_clips)
         if above.lod_items is not None:
-            above = replace(above, lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
-        elif traits.is_imageable and "visibility" in authored.names and is_invisible(prim, self._time, self._report):
+            above = above._replace(lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
+        elif "visibility" in authored.names and prim_type.is_imageable and is_invisible(prim, self._time, self._report):
             return None
-        here = self._place(prim, traits, above, authored, builder)
+        here = self._place(prim, prim_type, above, authored, builder)
         if here is None:
             return None
         if has_clips != above.has_clips:
-            here = replace(here, has_clips=has_clips)
+            here = here._replace(has_clips=has_clips)
         if kind == "SkelRoot" and not above.is_skinned:
-            here = replace(here, is_skinned=True)
+            here = here._replace(is_skinned=True)
             self._skins.enter(prim, here.predicate)
         if COMPLEXITY in authored.names:
-            here = replace(here, level=own_level(prim, here.level, self._time, self._report))
-        schemas = prim.GetAppliedSchemas()
-        if schemas:
-            self._read_schemas(prim, schemas)
-            here = apply_schemas(prim, here, schemas, self._time, self._report)
+            here = here._replace(level=own_level(prim, here.level, self._time, self._report))
+        if prim_type.schemas:
+            self._read_schemas(prim, prim_type.schemas)
+            here = apply_schemas(prim, here, prim_type.schemas, self._time, self._report)
         if self._stand_ins is not None and prim.IsModel():
-            here = replace(
-                here,
+            here = here._replace(
                 draw_mode=draw_mode(prim, above.draw_mode, self._report),
                 card_visibility=card_visibility(prim, above.card_visibility),
             )
@@ -170,50 +165,56 @@ class StageWalk:
                 if self._is_shown(here):
                     self._add_stand_in(prim, here, builder)
                 return None
-        if schemas and is_light(prim):
+        if prim_type.is_light:
             builder.add_light(PlacedPrim(prim, here.matrix, here.name(prim)))
         elif kind == "Camera":
             builder.add_camera(PlacedPrim(prim, here.matrix, here.name(prim)))
         elif kind in _RENDER_TYPES:
             self.render_prims.append(str(prim.GetPath()))
-        elif not traits.is_known:
+        elif not prim_type.is_known:
             self._report.warn(UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: left out")
         passed_on = hand_down(prim, here, authored, self._time, self._report)
         if kind == "PointInstancer":
             if self._is_shown(here):
                 self._prototypes.add_point_instances(prim, passed_on, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
-        if traits.is_boundable and self._is_shown(here):
-            self._draw(prim, authored, here, passed_on, builder)
+        if prim_type.is_boundable and self._is_shown(here):
+            self._draw(prim, prim_type, authored, here, passed_on, builder)
         if prim.IsInstance():
             self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
             return None
         return passed_on
 
     def _place(
-        self, prim: Usd.Prim, traits: TypeTraits, above: Context, authored: Authored, builder: GroupBuilder
+        self, prim: Usd.Prim, prim_type: PrimType, above: Context, authored: Authored, builder: GroupBuilder
     ) -> Context | None:
         """Return the context with a prim's own transform and purpose; None where nothing can be drawn."""
         here = above
-        if traits.is_imageable and "purpose" in authored.names and prim.GetAttribute("purpose").HasAuthoredValue():
+        if prim_type.is_imageable and "purpose" in authored.names and prim.GetAttribute("purpose").HasAuthoredValue():
             attributes = AttributeReader(prim, self._time, INVALID_VALUE, self._report)
-            here = replace(here, purpose=attributes.token("purpose", above.purpose, _PURPOSES))
-        if traits.is_xformable and "xformOpOrder" in authored.names:
+            here = here._replace(purpose=attributes.token("purpose", above.purpose, _PURPOSES))
+        if prim_type.is_xformable and "xformOpOrder" in authored.names:
             local = self._transforms.read(prim, authored.names)
             if local is None:
                 return None
             if local.resets:
                 builder.is_absolute = True
-                here = replace(here, matrix=np.linalg.inv(above.world_from_group) @ local.matrix)
+                here = here._replace(matrix=np.linalg.inv(above.world_from_group) @ local.matrix)
             elif not local.is_identity:
-                here = replace(here, matrix=above.matrix @ local.matrix)
+                here = here._replace(matrix=above.matrix @ local.matrix)
         return here
 
     def _draw(
-        self, prim: Usd.Prim, authored: Authored, here: Context, passed_on: Context, builder: GroupBuilder
+        self,
+        prim: Usd.Prim,
+        prim_type: PrimType,
+        authored: Authored,
+        here: Context,
+        passed_on: Context,
+        builder: GroupBuilder,
     ) -> None:
         """Add a prim's geometry to the group, if it has any."""
-        kind = prim.GetTypeName()
+        kind = prim_type.name
         if kind in geometry.TYPES:
             skin = self._read_skin(prim) if here.is_skinned else None
             row = self._gprims.add(prim, passed_on, authored, skin)
@@ -227,7 +228,7 @@ class StageWalk:
                     values = {**values, **read_constants(prim, self._time, self._report)}
                 posed = _posed(here.matrix, self._read_skin(prim) if here.is_skinned else None)
                 builder.add_gprim(row, posed @ shape.local_from_unit, values)
-        elif kind not in _NOT_GEOMETRY and not is_light(prim):
+        elif kind not in _NOT_GEOMETRY and not prim_type.is_light:
             self._report.warn(UNSUPPORTED, prim.GetPath(), f"{kind} is not supported yet: left out")
 
     def _add_stand_in(self, prim: Usd.Prim, here: Context, builder: GroupBuilder) -> None:
