@@ -90,7 +90,7 @@ def eval_varying_input(
 ) -> wp.vec4:
     """Return an input that is a texture or a primvar, at a surface point."""
     if data.texture < 0:
-        return eval_primvar(scene, surface, data.primvar, data.value)
+        return wp.cw_mul(eval_primvar(scene, surface, data.primvar, data.value), data.scale) + data.bias
     texture = scene.textures[data.texture]
     fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
     st = eval_primvar(scene, surface, texture.primvar, fallback)

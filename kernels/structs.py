@@ -102,6 +102,9 @@ class InputData:
     primvar: wp.int32
     channel: wp.int32
     """0 to 3 picks one; -1 takes the vector."""
+    scale: wp.vec4
+    """Of a primvar: what is read is value * scale + bias."""
+    bias: wp.vec4
 
 
 @wp.struct

@@ -239,7 +239,7 @@ def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int
                 x, y, z = (*MATERIAL_DEFAULTS[material.model][name], 0.0, 0.0)[:3]
                 source = Input((x, y, z, 0.0))
             primvar = slots[source.primvar] if source.primvar else -1
-            row[k] = (source.value, source.texture, primvar, source.channel)
+            row[k] = (source.value, source.texture, primvar, source.channel, source.scale, source.bias)
     data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
     textures = [
         {

@@ -101,7 +101,8 @@ def input_values(
         st = _primvar(texture.primvar, mesh, constants, (*texture.uv_fallback, 0.0, 0.0))
         found = Primvar(texture_values(texture, images, st.values[:, :2]), st.indices)
     else:
-        found = _primvar(port.primvar, mesh, constants, port.value)
+        given = _primvar(port.primvar, mesh, constants, port.value)
+        found = Primvar(given.values * port.scale + port.bias, given.indices)
     if port.channel < 0:
         return found
     return Primvar(np.repeat(found.values[:, port.channel, None], 4, axis=1), found.indices)

@@ -248,6 +248,9 @@ class Input:
     """Name of the primvar that is read directly; empty: none."""
     channel: int = -1
     """0 to 3 picks red, green, blue or alpha; -1 takes the vector."""
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    """Of a primvar, or its fallback: what is read is value * scale + bias. A texture has its own."""
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 MATERIAL_DEFAULTS: Mapping[MaterialModel, Mapping[str, tuple[float, ...]]] = {

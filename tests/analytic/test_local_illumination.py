@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from warp_rt import Scene
-from warp_rt.scene import Camera, LightKind
+from warp_rt.scene import Camera, Input, LightKind
 
 from .scenes import Body, distant, lamp, looking, parallel, radiance, render, scene_of, square, whitted
 
@@ -136,3 +138,13 @@ def test_nonuniform_scale_turns_normals_by_the_inverse_transpose() -> None:
     )
     scene = scene_of(body, lights=[distant((0, 0, -1))])
     np.testing.assert_allclose(radiance(scene, DOWN), 1 / np.sqrt(10), rtol=RTOL)
+
+
+def test_a_primvar_is_scaled_and_shifted() -> None:
+    """Where the mesh has it, and where its fallback stands in."""
+    place = Input((0.5, 0.25, 1.0, 0.0), primvar="place", scale=(2.0, 3.0, 0.5, 1.0), bias=(0.25, -0.5, 1.0, 0.0))
+    floor = square(whitted(ambient=place))
+    for primvars, value in (({}, (0.5, 0.25, 1.0)), ({"place": floor.points * 0 + (1, 2, 4)}, (1, 2, 4))):
+        scene = scene_of(replace(floor, primvars=primvars), ambient=(1, 1, 1))
+        expected = np.array(value) * (2.0, 3.0, 0.5) + (0.25, -0.5, 1.0)
+        np.testing.assert_allclose(radiance(scene, parallel((0.3, 0.2, 1.0))), expected, rtol=1e-6)

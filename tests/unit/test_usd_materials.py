@@ -186,9 +186,9 @@ def test_weight_of_a_texture_goes_into_its_scale():
     }"""
     material, reader, codes = _read(_material(shader, more=more))
     texture = reader.textures[material.inputs["diffuseColor"].texture]
-    assert texture.scale == (0.5, 0.5, 0.5, 0.5)
+    assert texture.scale[:3] == (0.5, 0.5, 0.5)
     assert texture.fallback[:3] == (0.5, 0.25, 0)
-    assert codes == ["W302", "W201"]
+    assert sorted(codes) == ["W201", "W302"]
 
 
 # --- bindings

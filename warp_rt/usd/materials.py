@@ -12,7 +12,6 @@ Reference: UsdPreviewSurface Specification; UsdShadeMaterialBindingAPI.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 from pxr import Sdf, Usd, UsdShade
 
@@ -21,13 +20,13 @@ from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
-from warp_rt.usd.foreign_shaders import Term, foreign_terms, is_preview_surface
+from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
+from warp_rt.usd.foreign_surfaces import ForeignReader
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
 from warp_rt.usd.textures import InputReader
 
 UNKNOWN_SURFACE = "W301"
-APPROXIMATED_SURFACE = "W302"
 DISPLACEMENT = "W305"
 NO_SURFACE = "W307"
 NORMAL_MAP = "W309"
@@ -152,12 +151,12 @@ class MaterialReader:
             if is_preview_surface(surface.id):
                 return self.add(self._preview_surface(path, surface.shader, material.GetPrim()))
         for surface in surfaces:
-            terms = foreign_terms(surface.id)
-            if terms is not None:
-                message = f"the surface {surface.id!r} is approximated by a UsdPreviewSurface"
-                self._report.warn(APPROXIMATED_SURFACE, surface.shader.GetPath(), message)
-                inputs = self._foreign_inputs(surface.shader, terms, material.GetPrim())
-                return self.add(Material(path, MaterialModel.PREVIEW, inputs))
+            foreign = foreign_surface(surface.id)
+            if foreign is not None:
+                reader = ForeignReader(self._inputs, self._time, self._report)
+                row = self.add(reader.read(path, surface.shader, foreign, material.GetPrim()))
+                self._check_normal_map(self.materials[row].inputs.get("normal"), surface.shader)
+                return row
         for surface in surfaces:
             kind = f"the surface {surface.id!r}" if surface.id else "a surface without info:id"
             message = f"{kind} is not supported; displayColor is shown"
@@ -239,45 +238,10 @@ class MaterialReader:
             self._report.warn(
                 NORMAL_MAP, shader.GetPath(), "the normal map is decoded as sRGB colours, not as raw data"
             )
-        if texture.scale[:3] != (2.0, 2.0, 2.0) or texture.bias[:3] != (-1.0, -1.0, -1.0):
+        # Of x and y any scale will do, which makes bumps flatter or steeper, as long as texels of 0.5 give 0.
+        if texture.scale[2] != 2.0 or any(b != -0.5 * a for a, b in zip(texture.scale, texture.bias[:3], strict=False)):
             message = "the normal map has not the scale 2 and bias -1 that 8-bit texels need; used as it is"
             self._report.warn(NORMAL_MAP, shader.GetPath(), message)
-
-    def _foreign_inputs(
-        self, shader: UsdShade.Shader, terms: Mapping[str, Term], material: Usd.Prim
-    ) -> dict[str, Input]:
-        inputs = {}
-        for name, term in terms.items():
-            port = shader.GetInput(term.name) if term.name else None
-            size = _PREVIEW_INPUTS[name]
-            value = self._inputs.read(port, size, material) if port else None
-            if value is None:
-                default = term.default if isinstance(term.default, tuple) else (term.default, 0.0, 0.0)
-                value = Input(value=(*default, 0.0))
-            if term.is_complement:
-                if value.texture >= 0 or value.primvar:
-                    continue
-                value = Input(value=(1.0 - value.value[0], 0.0, 0.0, 0.0))
-            if term.weight:
-                found = read_numbers(shader, term.weight, (1,), self._time, self._report)
-                value = self._weighted(value, found[0] if found else term.weight_default)
-            inputs[name] = value
-        return inputs
-
-    def _weighted(self, value: Input, weight: float) -> Input:
-        """Return an input times a constant; a primvar stays as it is, for nothing could scale it."""
-        if weight == 1.0 or value.primvar:
-            return value
-        if value.texture < 0:
-            return replace(value, value=_scaled(value.value, weight))
-        texture = self.textures[value.texture]
-        weighted = replace(
-            texture,
-            scale=_scaled(texture.scale, weight),
-            bias=_scaled(texture.bias, weight),
-            fallback=_scaled(texture.fallback, weight),
-        )
-        return replace(value, texture=self._inputs.add(weighted))
 
     def _read_displacement(self, material: UsdShade.Material) -> Displacement | None:
         """Return what ``outputs:displacement`` says, our own, the universal or the first other that is supported."""
@@ -311,11 +275,6 @@ class MaterialReader:
                     message = f"is bound to {target}, which is no material; displayColor is shown"
                     self._report.warn(DANGLING_BINDING, prim.GetPath(), message)
             prim = prim.GetParent()
-
-
-def _scaled(vector: tuple[float, float, float, float], weight: float) -> tuple[float, float, float, float]:
-    x, y, z, w = vector
-    return (weight * x, weight * y, weight * z, weight * w)
 
 
 def _display_color_material() -> Material:

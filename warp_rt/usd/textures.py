@@ -3,7 +3,8 @@
 """What feeds the inputs of surfaces: UsdUVTexture, UsdPrimvarReader_* and UsdTransform2d to Input and Texture.
 
 MaterialX's nodes of the same purpose, written as UsdShade, are read alike: ND_UsdUVTexture, ND_UsdPrimvarReader_*,
-ND_UsdTransform2d, ND_image_*, ND_geompropvalue_*, ND_texcoord_* and ND_constant_*.
+ND_UsdTransform2d, ND_image_*, ND_tiledimage_*, ND_geompropvalue_* and ND_texcoord_*; what its arithmetic does to them
+is folded (``materialx_nodes``).
 
 Reference: UsdPreviewSurface Specification, sections on UsdUVTexture, UsdPrimvarReader and UsdTransform2d.
 """
@@ -11,7 +12,9 @@ Reference: UsdPreviewSurface Specification, sections on UsdUVTexture, UsdPrimvar
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
@@ -19,8 +22,10 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture, Wrap
 from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.color_spaces import color_space as find_color_space
 from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.materialx_nodes import fold, is_known_node
 from warp_rt.usd.shading_network import (
     WRONG_TYPE,
     Node,
@@ -28,8 +33,8 @@ from warp_rt.usd.shading_network import (
     read_constant,
     read_numbers,
     read_token,
-    shader_id,
 )
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source
 
 UNKNOWN_TOKEN = "W204"
 NO_COORDINATES = "W206"
@@ -44,12 +49,16 @@ _WRAPS = {
     "periodic": Wrap.REPEAT,
     "mirror": Wrap.MIRROR,
 }
-_CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+Vector4 = tuple[float, float, float, float]
+# Nodes that give what comes in by the input of this name.
+_PASSING_ON = {"MayaND_fileTexture_color3": "inColor", "MayaND_fileTexture_color4": "inColor"}
 _READER = re.compile(r"(?:ND_)?(?:UsdPrimvarReader|geompropvalue)_([a-z]+)(\d?)")
 # Components of readers whose name does not end with the number; the kinds left out give no colour.
 _READER_SIZES = {"float": 1, "int": 1, "integer": 1, "color": 3, "vector": 3, "normal": 3, "point": 3}
-_PASSING_ON = re.compile(r"ND_(convert|dot)_")  # nodes that give what comes in, at most in another type
-_MAX_CHAIN = 64  # UsdTransform2d or such nodes in a row; what goes on after that many is a cycle
+_IMAGE = re.compile(r"ND_(tiled)?image_(float|color3|color4|vector2|vector3|vector4)")
+_IMAGE_SIZES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
+_OUTPUTS = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgba": (0, 1, 2, 3)}
+_MAX_CHAIN = 64  # nodes in a row
 
 
 @dataclass(frozen=True)
@@ -62,10 +71,18 @@ class Coordinates:
     """Affine map of (u, v, 1), shape [3, 3]."""
 
     @staticmethod
-    def constant(u: float, v: float, transform: np.ndarray) -> Coordinates:
+    def constant(u: float, v: float) -> Coordinates:
         """Return the same coordinates everywhere: a map that lets no primvar through."""
-        u, v, _ = transform @ (u, v, 1.0)
         return Coordinates(fallback=(u, v), transform=np.array([[0.0, 0.0, u], [0.0, 0.0, v], [0.0, 0.0, 1.0]]))
+
+
+class _Unfolded(Exception):
+    """A node that has no place in what a kernel reads."""
+
+    def __init__(self, node: Node, *, is_known: bool = False) -> None:
+        super().__init__(node.id)
+        self.node = node
+        self.is_known = is_known
 
 
 class InputReader:
@@ -77,7 +94,9 @@ class InputReader:
         self._images = images
         self._time = time
         self._report = report
-        self._rows: dict[Sdf.Path, int] = {}
+        self._sources: dict[Sdf.Path, Source] = {}
+        self._rows: dict[tuple[str, bytes], int] = {}
+        self._chain: list[Sdf.Path] = []
 
     def read(self, port: UsdShade.Input, count: int, material: Usd.Prim) -> Input | None:
         """Return what an input says.
@@ -90,60 +109,176 @@ class InputReader:
         Returns:
             None where nothing is said, so that the specification's default holds.
         """
-        source = find_source(port, self._report)
-        for _ in range(_MAX_CHAIN):
-            if not isinstance(source, Node) or not _PASSING_ON.match(source.id):
-                break
-            port = source.shader.GetInput("in")
-            source = find_source(port, self._report) if port else None
+        found = self.signal(port, material, (1, 3, 4))
+        return self.lower(found, count, port) if found else None
+
+    def signal(self, port: UsdShade.Input, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
+        """Return what an input says, as a signal; None where it says nothing, or, told, nothing that folds.
+
+        Args:
+            port: The input.
+            material: The material's prim.
+            sizes: Components that a value authored on it may have.
+        """
+        try:
+            return self._follow(port, material, sizes)
+        except _Unfolded as error:
+            self._warn_unknown(error.node, error.is_known)
+            return None
+
+    def lower(self, found: Signal, count: int, port: UsdShade.Input) -> Input | None:
+        """Return a signal as an input of ``count`` components; None, told, where no texture or primvar gives it."""
+        value = found.value
+        if value is not None:
+            return Input(value=_components(value, count))
+        matrix = found.resized(count if found.size != 4 else 4).matrix[:count]
+        linear, offset, source = matrix[:, :-1], matrix[:, -1], found.source
         if source is None:
             return None
-        if isinstance(source, Node):
-            return self._read_node(source, count, material)
-        found = numbers(source.Get(self._time))
-        if found is None or len(found) not in (1, 3, 4):
-            self._report.warn(WRONG_TYPE, source.GetPath(), f"not {count} finite numbers; the default is used")
-            return None
-        space = color_space_of(source, self._report)
-        if space and len(found) >= 3:
-            found = (*space.to_linear(np.array(found[:3])).tolist(), *found[3:])
-        return Input(value=_components(found, count))
+        channel = _common_channel(matrix)
+        diagonal = np.zeros((count, CHANNELS))
+        np.fill_diagonal(diagonal, linear.diagonal())
+        is_plain = channel >= 0 or np.array_equal(linear, diagonal)
+        if source.texture is None:
+            if not is_plain:
+                message = "mixes the components of a primvar, which is not supported; the default is used"
+                self._report.warn(UNKNOWN_NODE, port.GetAttr().GetPath(), message)
+                return None
+            scale, bias = _scale_and_bias(matrix, channel)
+            fallback = _components(source.fallback, count) if channel <= 0 else _components(source.fallback, CHANNELS)
+            return Input(value=fallback, primvar=source.primvar, channel=channel, scale=scale, bias=bias)
+        if is_plain:
+            scale, bias = _scale_and_bias(matrix, channel)
+            row = self._row(source, scale, bias)
+        else:
+            row, channel = self._mixed_row(source, linear, offset), 0 if count == 1 else -1
+        return Input(texture=row, channel=channel)
 
     def add(self, texture: Texture) -> int:
         """Return the row of a new texture."""
         self.textures.append(texture)
         return len(self.textures) - 1
 
-    def _read_node(self, node: Node, count: int, material: Usd.Prim) -> Input | None:
-        name = node.id.removeprefix("ND_")
+    def _row(self, source: Source, scale: Vector4, bias: Vector4) -> int:
+        """Return the row of a texture whose value, and fallback, is scaled and shifted."""
+        key = (source.key, np.array((scale, bias)).tobytes())
+        if key not in self._rows and source.texture:
+            texture = source.texture
+            self._rows[key] = self.add(
+                replace(
+                    texture,
+                    scale=_vector4(np.multiply(texture.scale, scale)),
+                    bias=_vector4(np.multiply(texture.bias, scale) + bias),
+                    fallback=_vector4(np.multiply(texture.fallback, scale) + bias),
+                )
+            )
+        return self._rows[key]
+
+    def _mixed_row(self, source: Source, linear: np.ndarray, offset: np.ndarray) -> int:
+        """Return the row of a texture whose channels are sums over those of a source.
+
+        Filtering, and what lies outside a black border, are the same before the channels are mixed and after.
+        """
+        key = (source.key, np.column_stack([linear, offset]).tobytes())
+        if key not in self._rows and source.texture:
+            texture = source.texture
+            matrix, shift = np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
+            matrix[: len(linear)], shift[: len(linear)] = linear, offset
+            image = texture.image
+            if image >= 0:
+                image = self._images.mixed(image, texture.is_srgb, matrix * texture.scale)
+            self._rows[key] = self.add(
+                replace(
+                    texture,
+                    image=image,
+                    is_srgb=False,
+                    scale=(1.0, 1.0, 1.0, 1.0),
+                    bias=_vector4(matrix @ texture.bias + shift),
+                    fallback=_vector4(matrix @ texture.fallback + shift),
+                )
+            )
+        return self._rows[key]
+
+    # --- nodes
+
+    def _follow(self, port: UsdShade.Input | None, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
+        """Return what an input says; None: nothing.
+
+        Raises:
+            _Unfolded: A node on the way does not fold.
+        """
+        source = find_source(port, self._report) if port else None
+        if source is None:
+            return None
+        if isinstance(source, Node):
+            path = source.shader.GetPath()
+            if path in self._chain or len(self._chain) >= _MAX_CHAIN:
+                raise _Unfolded(source)
+            self._chain.append(path)
+            try:
+                return self._node(source, material)
+            except DoesNotFold:
+                raise _Unfolded(source, is_known=is_known_node(source.id)) from None
+            finally:
+                self._chain.pop()
+        found = numbers(source.Get(self._time))
+        if found is None or len(found) not in sizes:
+            wanted = " or ".join(map(str, sizes))
+            self._report.warn(WRONG_TYPE, source.GetPath(), f"not {wanted} finite numbers; the default is used")
+            return None
+        space = color_space_of(source, self._report)
+        if space and len(found) >= 3:
+            found = (*space.to_linear(np.array(found[:3])).tolist(), *found[3:])
+        return Signal.constant(found)
+
+    def _node(self, node: Node, material: Usd.Prim) -> Signal | None:
+        """Return what a node gives.
+
+        Raises:
+            DoesNotFold: It is no node that folds.
+        """
+        name, shader = node.id.removeprefix("ND_"), node.shader
         if name.startswith("UsdUVTexture"):
-            return _pick(Input(texture=self._texture(node.shader)), node.output, count)
-        if name.startswith("image_"):
-            is_scalar = name.startswith("image_float")
-            row = self._image_node(node.shader, is_color=name.startswith("image_color"))
-            return Input(texture=row, channel=0 if is_scalar or count == 1 else -1)
+            return Signal.of(self._texture(shader, material), CHANNELS).pick(_OUTPUTS.get(node.output, (0, 1, 2)))
+        image = _IMAGE.fullmatch(node.id)
+        if image:
+            source = self._image_node(shader, material, is_color="color" in image[2], is_tiled=bool(image[1]))
+            return Signal.of(source, _IMAGE_SIZES[image[2]])
         reader = _READER.fullmatch(node.id)
         if reader and reader[1] in _READER_SIZES:
-            return self._primvar(node.shader, int(reader[2] or _READER_SIZES[reader[1]]), count, material)
-        if name.startswith("constant_"):
-            found = read_numbers(node.shader, "value", (1, 2, 3, 4), self._time, self._report)
-            return Input(value=_components(found, count)) if found else None
-        self._warn_unknown(node)
-        return None
+            return self._primvar(shader, int(reader[2] or _READER_SIZES[reader[1]]), material)
+        if name.startswith("texcoord_"):
+            index = read_constant(shader, "index", self._time, self._report)
+            return Signal.of(_primvar_source(_coordinate_name(index), (0.0, 0.0)), 2)
+        if name.startswith("UsdTransform2d"):
+            given = self._follow(shader.GetInput("in"), material, (2,)) or Signal.constant((0.0, 0.0))
+            matrix = self._transform(shader)
+            return given.resized(2).map(matrix[:2, :2], matrix[:2, 2])
+        if node.id in _PASSING_ON:
+            return self._follow(shader.GetInput(_PASSING_ON[node.id]), material, (1, 2, 3, 4))
 
-    def _warn_unknown(self, node: Node) -> None:
+        def read_input(given: str) -> Signal | None:
+            found = self._follow(shader.GetInput(given), material, (1, 2, 3, 4))
+            if found is None and given == "texcoord":
+                return Signal.of(_primvar_source("st", (0.0, 0.0)), 2)
+            return found
+
+        return fold(node.id, node.output, read_input, lambda given: self._token(shader, given, ""))
+
+    def _warn_unknown(self, node: Node, is_known: bool) -> None:
         kind = f"the node {node.id!r}" if node.id else "a node without info:id"
-        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"{kind} is not supported; the default is used")
+        why = "does not come down to one texture or primvar, scaled" if is_known else "is not supported"
+        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"{kind} {why}; the default is used")
 
     # --- primvars
 
-    def _primvar(self, shader: UsdShade.Shader, size: int, count: int, material: Usd.Prim) -> Input | None:
+    def _primvar(self, shader: UsdShade.Shader, size: int, material: Usd.Prim) -> Signal:
         name = self._varname(shader)
         fallback = self._fallback(shader, name, material) or (0.0,) * size
         if not name:
             self._report.warn(NO_COORDINATES, shader.GetPath(), "names no primvar; its fallback is used")
-            return Input(value=_components(fallback, count))
-        return Input(value=_components(fallback, count), primvar=name, channel=0 if min(size, count) == 1 else -1)
+            return Signal.constant(fallback)
+        return Signal.of(_primvar_source(name, fallback), size)
 
     def _varname(self, shader: UsdShade.Shader) -> str:
         for name in ("varname", "geomprop"):
@@ -167,42 +302,64 @@ class InputReader:
 
     # --- textures
 
-    def _texture(self, shader: UsdShade.Shader) -> int:
+    def _texture(self, shader: UsdShade.Shader, material: Usd.Prim) -> Source:
         path = shader.GetPath()
-        if path not in self._rows:
+        if path not in self._sources:
             is_materialx = (shader.GetShaderId() or "").startswith("ND_")
             wraps = [
                 self._wrap(shader, name, "periodic" if is_materialx else "useMetadata") for name in ("wrapS", "wrapT")
             ]
-            self._rows[path] = self._add_texture(
+            self._sources[path] = self._make_source(
                 shader,
                 file=shader.GetInput("file"),
-                coordinates=self._coordinates(shader.GetInput("st"), shader),
+                coordinates=self._coordinates(shader.GetInput("st"), shader, material),
                 wraps=wraps,
                 scale=self._vector4(shader, "scale", (1.0, 1.0, 1.0, 1.0)),
                 bias=self._vector4(shader, "bias", (0.0, 0.0, 0.0, 0.0)),
                 fallback=self._vector4(shader, "fallback", (0.0, 0.0, 0.0, 1.0)),
                 color_space=self._token(shader, "sourceColorSpace", "auto"),
             )
-        return self._rows[path]
+        return self._sources[path]
 
-    def _image_node(self, shader: UsdShade.Shader, is_color: bool) -> int:
+    def _image_node(self, shader: UsdShade.Shader, material: Usd.Prim, *, is_color: bool, is_tiled: bool) -> Source:
         path = shader.GetPath()
-        if path not in self._rows:
+        if path not in self._sources:
             texcoord = shader.GetInput("texcoord")
-            self._rows[path] = self._add_texture(
+            coordinates = self._coordinates(texcoord, shader, material) if texcoord else Coordinates()
+            if is_tiled:
+                coordinates = replace(coordinates, transform=self._tiling(shader) @ coordinates.transform)
+            wraps = (self._wrap(shader, name, "periodic") for name in ("uaddressmode", "vaddressmode"))
+            self._sources[path] = self._make_source(
                 shader,
                 file=shader.GetInput("file"),
-                coordinates=self._coordinates(texcoord, shader) if texcoord else Coordinates(),
-                wraps=[self._wrap(shader, name, "periodic") for name in ("uaddressmode", "vaddressmode")],
+                coordinates=coordinates,
+                wraps=[Wrap.REPEAT, Wrap.REPEAT] if is_tiled else list(wraps),
                 scale=(1.0, 1.0, 1.0, 1.0),
                 bias=(0.0, 0.0, 0.0, 0.0),
                 fallback=self._vector4(shader, "default", (0.0, 0.0, 0.0, 1.0)),
                 color_space="auto" if is_color else "raw",
             )
-        return self._rows[path]
+        return self._sources[path]
 
-    def _add_texture(
+    def _tiling(self, shader: UsdShade.Shader) -> np.ndarray:
+        """Return what a tiledimage makes of coordinates: (st uvtiling - uvoffset) / realworldimagesize * tile size."""
+        tiling, offset, image, tile = (
+            np.resize(read_numbers(shader, name, (1, 2), self._time, self._report) or (default,), 2)
+            for name, default in (
+                *(("uvtiling", 1.0), ("uvoffset", 0.0)),
+                *(("realworldimagesize", 1.0), ("realworldtilesize", 1.0)),
+            )
+        )
+        stretch = tile / np.where(image == 0, 1.0, image)
+        return np.array(
+            [
+                [*(stretch * tiling * (1, 0)), -stretch[0] * offset[0]],
+                [*(stretch * tiling * (0, 1)), -stretch[1] * offset[1]],
+                [0, 0, 1],
+            ]
+        )
+
+    def _make_source(
         self,
         shader: UsdShade.Shader,
         *,
@@ -213,7 +370,7 @@ class InputReader:
         bias: tuple[float, float, float, float],
         fallback: tuple[float, float, float, float],
         color_space: str,
-    ) -> int:
+    ) -> Source:
         prim = shader.GetPath()
         attribute = find_source(file, self._report) if file else None
         asset = attribute.Get(self._time) if isinstance(attribute, Usd.Attribute) else None
@@ -224,60 +381,55 @@ class InputReader:
             wraps = [Wrap.CLAMP, Wrap.CLAMP]  # seams often end on the outermost tiles, which black would bleed into
         else:
             image = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
-        if color_space == "auto":
-            image, is_srgb = self._images.decoded(image, attribute, prim) if image >= 0 else (image, False)
-        else:
-            is_srgb = color_space == "sRGB"
-            if color_space not in ("sRGB", "raw"):
+        is_srgb = False
+        if color_space == "auto" and image >= 0:
+            image, is_srgb = self._images.decoded(image, attribute, prim)
+        elif color_space != "auto":
+            named = find_color_space(color_space)  # the tokens raw and sRGB are such names, too
+            if named is not None:
+                image, is_srgb = self._images.in_space(image, named)
+            else:
                 self._report.warn(UNKNOWN_TOKEN, prim, f"the sourceColorSpace {color_space!r} is unknown; read as raw")
-        return self.add(
-            Texture(
-                image,
-                primvar=coordinates.primvar,
-                uv_fallback=coordinates.fallback,
-                uv_transform=transform[:2].astype(np.float32),
-                wrap_s=wraps[0],
-                wrap_t=wraps[1],
-                scale=scale,
-                bias=bias,
-                fallback=fallback,
-                is_srgb=is_srgb,
-            )
+        texture = Texture(
+            image,
+            primvar=coordinates.primvar,
+            uv_fallback=coordinates.fallback,
+            uv_transform=transform[:2].astype(np.float32),
+            wrap_s=wraps[0],
+            wrap_t=wraps[1],
+            scale=scale,
+            bias=bias,
+            fallback=fallback,
+            is_srgb=is_srgb,
         )
+        return _texture_source(texture)
 
-    def _coordinates(self, port: UsdShade.Input, shader: UsdShade.Shader) -> Coordinates:
-        """Return where an ``st`` input leads to, through any UsdTransform2d nodes."""
-        transform = np.eye(3)
-        last = shader
-        for _ in range(_MAX_CHAIN):
-            source = find_source(port, self._report) if port else None
-            if not isinstance(source, Node):
-                constant = numbers(source.Get(self._time)) if source else None
-                u, v = constant if constant and len(constant) == 2 else (0.0, 0.0)
-                self._report.warn(
-                    NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used"
-                )
-                return Coordinates.constant(u, v, transform)
-            last = source.shader
-            name = source.id.removeprefix("ND_")
-            if name.startswith("UsdTransform2d"):
-                transform = transform @ self._transform(source.shader)
-                port = source.shader.GetInput("in")
-                continue
-            if name.startswith("texcoord_"):
-                return Coordinates(transform=transform)
-            if _READER.fullmatch(source.id):
-                varname = self._varname(source.shader)
-                found = self._fallback(source.shader, varname, Usd.Prim())
-                u, v = found[:2] if found and len(found) > 1 else (0.0, 0.0)
-                if varname:
-                    return Coordinates(varname, (u, v), transform)
-                self._report.warn(NO_COORDINATES, source.shader.GetPath(), "names no primvar; its fallback is used")
-                return Coordinates.constant(u, v, transform)
-            break
-        kind = f"the node {shader_id(last)!r}" if shader_id(last) else "a node without info:id"
-        self._report.warn(UNKNOWN_NODE, last.GetPath(), f"{kind} gives no texture coordinates here; st is used")
-        return Coordinates(transform=transform)
+    def _coordinates(self, port: UsdShade.Input | None, shader: UsdShade.Shader, material: Usd.Prim) -> Coordinates:
+        """Return where an ``st`` input leads to, through whatever moves it about."""
+        try:
+            found = self._follow(port, material, (2,))
+        except _Unfolded as error:
+            self._warn_coordinates(error.node)
+            return Coordinates()
+        value = Signal.constant((0.0, 0.0)).value if found is None else found.value
+        if found is None or value is not None:
+            u, v = value[:2] if value and len(value) > 1 else (0.0, 0.0)
+            self._report.warn(NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used")
+            return Coordinates.constant(u, v)
+        source = found.source
+        if source is None or source.texture is not None:
+            at = find_source(port, self._report) if port else None
+            if isinstance(at, Node):
+                self._warn_coordinates(at)
+            return Coordinates()
+        u, v = source.fallback[:2] if len(source.fallback) > 1 else (0.0, 0.0)
+        rows = found.resized(2).matrix[:, [0, 1, -1]]
+        return Coordinates(source.primvar, (u, v), np.vstack([rows, [0.0, 0.0, 1.0]]))
+
+    def _warn_coordinates(self, node: Node) -> None:
+        kind = f"the node {node.id!r}" if node.id else "a node without info:id"
+        message = f"{kind} gives no texture coordinates here; st is used"
+        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), message)
 
     def _transform(self, shader: UsdShade.Shader) -> np.ndarray:
         """Return scale, then counter-clockwise rotation, then translation as one matrix, shape [3, 3]."""
@@ -316,6 +468,40 @@ def _components(found: tuple[float, ...], count: int) -> tuple[float, float, flo
     return (red, green, blue, alpha)
 
 
-def _pick(value: Input, output: str, count: int) -> Input:
-    channel = _CHANNELS.get(output, 0 if count == 1 else -1)
-    return Input(value.value, value.texture, value.primvar, channel)
+def _vector4(values: np.ndarray) -> Vector4:
+    x, y, z, w = (float(value) for value in values)
+    return (x, y, z, w)
+
+
+def _common_channel(matrix: np.ndarray) -> int:
+    """Return the one channel that all rows take alike; -1 where they do not, or are the first channels in order."""
+    used = np.flatnonzero(matrix[0, :-1])
+    if len(used) == 1 and (matrix == matrix[0]).all():
+        return int(used[0])
+    return -1
+
+
+def _scale_and_bias(matrix: np.ndarray, channel: int) -> tuple[Vector4, Vector4]:
+    """Return what the channels of a source are multiplied by and shifted by; those that nobody asks for stay."""
+    scale, bias = np.ones(CHANNELS), np.zeros(CHANNELS)
+    if channel >= 0:
+        scale[channel], bias[channel] = matrix[0, channel], matrix[0, -1]
+    else:
+        scale[: len(matrix)], bias[: len(matrix)] = matrix[:, :-1].diagonal(), matrix[:, -1]
+    return _vector4(scale), _vector4(bias)
+
+
+def _coordinate_name(index: Any) -> str:
+    """Return the primvar that a texcoord node with an index reads."""
+    return f"st{index}" if isinstance(index, int) and index > 0 else "st"
+
+
+def _primvar_source(name: str, fallback: tuple[float, ...]) -> Source:
+    return Source(f"primvar {name} {fallback}", primvar=name, fallback=fallback)
+
+
+def _texture_source(texture: Texture) -> Source:
+    values = (texture.image, texture.primvar, texture.uv_fallback, texture.uv_transform.tolist(), texture.is_srgb)
+    return Source(
+        f"{values} {texture.wrap_s} {texture.wrap_t} {texture.scale} {texture.bias} {texture.fallback}", texture
+    )

@@ -1,0 +1,367 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""MaterialX's nodes written as UsdShade: what they give is held against their definitions, texel by texel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image as PilImage
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import OpacityMode
+from warp_rt.texture_values import texture_values
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.materials import MaterialReader
+from warp_rt.usd.textures import InputReader
+
+TEXELS = np.random.default_rng(6).integers(0, 256, (4, 4, 4)).astype(np.uint8)
+SPOT = (0.375, 0.625)  # the middle of column 1, row 2 from below: the row 1 of the file
+TEXEL = TEXELS[1, 1] / 255.0
+RGB, ALPHA = TEXEL[:3], TEXEL[3]
+
+
+@pytest.fixture(scope="module")
+def image(tmp_path_factory):
+    path = tmp_path_factory.mktemp("materialx") / "image.png"
+    PilImage.fromarray(TEXELS).save(path)
+    return path.as_posix()
+
+
+def node(name: str, identifier: str, *lines: str, outputs: tuple[str, ...] = ("out",)) -> str:
+    ports = "".join(f"float outputs:{output}\n" for output in outputs)
+    return f'def Shader "{name}" {{\nuniform token info:id = "{identifier}"\n' + "\n".join(lines) + f"\n{ports}}}\n"
+
+
+def picture(image: str, kind: str = "color4", name: str = "T", *lines: str) -> str:
+    return node(name, f"ND_image_{kind}", f'asset inputs:file = @{image}@ (colorSpace = "raw")', *lines)
+
+
+def wire(name: str, source: str, output: str = "out", kind: str = "color3f") -> str:
+    return f"{kind} inputs:{name}.connect = </M/{source}.outputs:{output}>"
+
+
+def read(nodes: str, count: int = 3, output: str = "out", name: str = "N"):
+    """Return the input that is connected to node N, its value at SPOT, its reader, and the codes."""
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\ndef Material "M" {{\ndef Shader "S" {{\n{wire("x", name, output)}\n}}\n{nodes}\n}}'
+    )
+    report = Report()
+    images = ImageCache(report)
+    reader = InputReader(images, Usd.TimeCode.Default(), report)
+    found = reader.read(UsdShade.Shader(stage.GetPrimAtPath("/M/S")).GetInput("x"), count, stage.GetPrimAtPath("/M"))
+    value = None
+    if found is not None and found.texture >= 0:
+        value = texture_values(reader.textures[found.texture], images.images, np.array([SPOT]))[0]
+    elif found is not None and not found.primvar:
+        value = np.array(found.value)
+    if value is not None:
+        value = np.repeat(value[found.channel], count) if found.channel >= 0 else value[:count]
+    return found, value, reader, [d.code for d in report]
+
+
+def vec(name: str, *values: float, kind: str = "color3f") -> str:
+    numbers = tuple(float(value) for value in values)
+    return f"{kind} inputs:{name} = {numbers if len(numbers) > 1 else numbers[0]}"
+
+
+A, B = np.array([0.5, 0.25, 2.0]), np.array([0.1, -0.2, 0.3])
+CASES = {
+    "add": (wire("in1", "T"), vec("in2", *B), RGB + B),
+    "subtract": (vec("in1", *A), wire("in2", "T"), A - RGB),
+    "multiply": (wire("in1", "T"), vec("in2", *A), RGB * A),
+    "divide": (wire("in1", "T"), vec("in2", *A), RGB / A),
+    "invert": (wire("in", "T"), "", 1 - RGB),
+    "luminance": (wire("in", "T"), "", np.repeat(RGB @ (0.2722287, 0.6740818, 0.0536895), 3)),
+    "range": (
+        wire("in", "T"),
+        "\n".join((vec("inlow", *B), vec("inhigh", *A), vec("outlow", 0, 0, 1), vec("outhigh", 1, 2, 3))),
+        np.array((0, 0, 1)) + (RGB - B) / (A - B) * np.array((1, 2, 2)),
+    ),
+}
+
+
+@pytest.mark.parametrize("category", CASES)
+def test_arithmetic_of_a_texture_and_constants(image, category):
+    *lines, expected = CASES[category]
+    _, value, _, codes = read(picture(image, "color3") + node("N", f"ND_{category}_color3", *lines))
+    np.testing.assert_allclose(value, expected, atol=1e-6)
+    assert codes == []
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ((wire("fg", "T"), vec("bg", *B), vec("mix", 0.25, kind="float")), 0.25 * RGB + 0.75 * B),
+        ((vec("fg", *A), vec("bg", *B), wire("mix", "X", "outr", "float")), B + (A - B) * RGB[0]),
+        ((wire("fg", "T"), wire("bg", "T"), vec("mix", 0.25, kind="float")), RGB),
+    ],
+)
+def test_mix(image, lines, expected):
+    nodes = picture(image, "color3") + node("X", "ND_separate3_color3", wire("in", "T"), outputs=("outr",))
+    _, value, _, codes = read(nodes + node("N", "ND_mix_color3", *lines))
+    np.testing.assert_allclose(value, expected, atol=1e-6)
+    assert codes == []
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines", "output", "expected"),
+    [
+        ("ND_convert_color4_color3", (), "out", RGB),
+        ("ND_separate4_color4", (), "outg", np.repeat(RGB[1], 3)),
+        ("ND_separate4_color4", (), "outa", np.repeat(ALPHA, 3)),
+        ("ND_extract_color4", ("int inputs:index = 2",), "out", np.repeat(RGB[2], 3)),
+        ("ND_swizzle_color4_color3", ('string inputs:channels = "bar"',), "out", (RGB[2], ALPHA, RGB[0])),
+        ("ND_swizzle_color4_color3", ('string inputs:channels = "g01"',), "out", (RGB[1], 0, 1)),
+        ("ND_dotproduct_vector4", (vec("in2", 1, 2, 3, 4, kind="float4"),), "out", np.repeat(TEXEL @ (1, 2, 3, 4), 3)),
+    ],
+)
+def test_channels(image, identifier, lines, output, expected):
+    name = "in1" if "dotproduct" in identifier else "in"
+    nodes = picture(image) + node("N", identifier, wire(name, "T"), *lines, outputs=(output,))
+    _, value, _, codes = read(nodes, output=output)
+    np.testing.assert_allclose(value, expected, atol=1e-6)
+    assert codes == []
+
+
+def test_channels_of_one_image_are_combined_though_two_nodes_read_it(image):
+    nodes = picture(image, "color4") + picture(image, "color4", "U")
+    nodes += node("X", "ND_separate4_color4", wire("in", "T"), outputs=("outb",))
+    nodes += node("Y", "ND_separate4_color4", wire("in", "U"), outputs=("outr",))
+    lines = (wire("in1", "X", "outb"), vec("in2", 0.5, kind="float"), wire("in3", "Y", "outr"))
+    _, value, reader, codes = read(nodes + node("N", "ND_combine3_color3", *lines))
+    np.testing.assert_allclose(value, (RGB[2], 0.5, RGB[0]), atol=1e-6)
+    assert (codes, len(reader.textures)) == ([], 1)
+
+
+def test_mixed_channels_keep_their_wrap_mode_and_their_fallback(image):
+    body = 'string inputs:uaddressmode = "constant"'
+    nodes = picture(image, "color3", "T", body) + node("N", "ND_luminance_color3", wire("in", "T"))
+    found, _, reader, _ = read(nodes + node("P", "ND_invert_color3", wire("in", "N")), name="P")
+    outside = texture_values(reader.textures[found.texture], reader._images.images, np.array([(-1.0, 0.5)]))[0]
+    np.testing.assert_allclose(outside[:3], 1.0, atol=1e-6)  # 1 - luminance of black
+    missing = node("T", "ND_image_color3", "asset inputs:file = @/nowhere.png@", vec("default", 0.2, 0.4, 0.6))
+    _, value, _, codes = read(missing + node("N", "ND_luminance_color3", wire("in", "T")))
+    np.testing.assert_allclose(value, np.repeat((0.2, 0.4, 0.6) @ np.array((0.2722287, 0.6740818, 0.0536895)), 3))
+    assert codes == ["W201"]
+
+
+@pytest.mark.parametrize(
+    ("category", "lines", "expected"),
+    [
+        ("power", (vec("in1", 4, kind="float"), vec("in2", 0.5, kind="float")), 2.0),
+        ("clamp", (vec("in", 4, kind="float"),), 1.0),
+        ("smoothstep", (vec("in", 0.25, kind="float"),), 0.15625),
+        ("sin", (vec("in", np.pi / 6, kind="float"),), 0.5),
+        ("modulo", (vec("in1", -0.25, kind="float"), vec("in2", 1, kind="float")), 0.75),
+        ("ifgreater", (vec("value1", 2, kind="float"), vec("in1", 5, kind="float"), vec("in2", 6, kind="float")), 5.0),
+        ("ifequal", (vec("value1", 2, kind="float"), vec("in1", 5, kind="float"), vec("in2", 6, kind="float")), 6.0),
+    ],
+)
+def test_constants_are_computed(category, lines, expected):
+    _, value, _, codes = read(node("N", f"ND_{category}_float", *lines), count=1)
+    assert (value[0], codes) == (pytest.approx(expected, rel=1e-6), [])
+
+
+def test_primvars_are_scaled_and_shifted():
+    nodes = node("P", "ND_geompropvalue_color3", 'string inputs:geomprop = "paint"', vec("default", 1, 2, 3))
+    nodes += node("X", "ND_multiply_color3", wire("in1", "P"), vec("in2", *A))
+    found, _, _, codes = read(nodes + node("N", "ND_add_color3", wire("in1", "X"), vec("in2", *B)))
+    assert (found.value, found.primvar, found.channel, codes) == ((1, 2, 3, 0), "paint", -1, [])
+    np.testing.assert_allclose((found.scale, found.bias), ((*A, 1.0), (*B, 0.0)), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines"),
+    [
+        ("ND_multiply_color3", (wire("in1", "T"), wire("in2", "U"))),
+        ("ND_power_color3", (wire("in1", "T"), vec("in2", *A))),
+        ("ND_noise2d_color3", ()),
+    ],
+)
+def test_what_does_not_fold_is_named(image, identifier, lines):
+    other = node("U", "ND_geompropvalue_color3", 'string inputs:geomprop = "paint"')
+    found, _, _, codes = read(picture(image, "color3") + other + node("N", identifier, *lines))
+    assert (found, codes) == (None, ["W303"])
+
+
+def test_a_division_by_nothing_is_named(image):
+    nodes = picture(image, "color3") + node("N", "ND_divide_color3", wire("in1", "T"), vec("in2", 0, 1, 1))
+    assert read(nodes)[3] == ["W303"]
+
+
+# --- coordinates
+
+
+def moved(image: str, nodes: str, source: str = "P") -> tuple[np.ndarray, str, list]:
+    """Return where (1, 0), (0, 1) and (0.3, 0.2) come to, the primvar and the codes."""
+    _, _, reader, codes = read(picture(image, "color3", "N", wire("texcoord", source, kind="float2")) + nodes)
+    texture = reader.textures[0]
+    places = np.array([(1, 0, 1), (0, 1, 1), (0.3, 0.2, 1)])
+    return places @ texture.uv_transform.T, texture.primvar, codes
+
+
+def place2d(uv: np.ndarray, pivot, scale, rotate, offset, order) -> np.ndarray:
+    """Return what the reference library's graph NG_place2d_vector2 gives."""
+
+    def turn(v):
+        c, s = np.cos(np.radians(rotate)), np.sin(np.radians(rotate))
+        return np.stack([c * v[:, 0] + s * v[:, 1], -s * v[:, 0] + c * v[:, 1]], -1)
+
+    at = uv - pivot
+    return turn(at / scale) - offset + pivot if order == 0 else turn(at - offset) / scale + pivot
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_place2d(image, order):
+    pivot, scale, offset = np.array((0.5, 0.25)), np.array((2.0, 4.0)), np.array((0.1, -0.3))
+    lines = [vec(name, *v, kind="float2") for name, v in (("pivot", pivot), ("scale", scale), ("offset", offset))]
+    got, primvar, codes = moved(
+        image,
+        node("P", "ND_place2d_vector2", *lines, "float inputs:rotate = 30", f"int inputs:operationorder = {order}"),
+    )
+    uv = np.array([(1, 0), (0, 1), (0.3, 0.2)])
+    np.testing.assert_allclose(got, place2d(uv, pivot, scale, 30, offset, order), atol=1e-6)
+    assert (primvar, codes) == ("st", [])
+
+
+def test_coordinates_are_scaled_by_arithmetic(image):
+    nodes = node("C", "ND_geompropvalue_vector2", 'string inputs:geomprop = "map2"')
+    nodes += node("X", "ND_multiply_vector2", wire("in1", "C", kind="float2"), vec("in2", 3, 2, kind="float2"))
+    nodes += node("P", "ND_add_vector2", wire("in1", "X", kind="float2"), vec("in2", 0.5, 0, kind="float2"))
+    got, primvar, codes = moved(image, nodes)
+    np.testing.assert_allclose(got, [(3.5, 0), (0.5, 2), (1.4, 0.4)], atol=1e-6)
+    assert (primvar, codes) == ("map2", [])
+
+
+def test_tiled_images(image):
+    sizes = (
+        ("uvtiling", (2, 3)),
+        ("uvoffset", (0.5, 0.25)),
+        ("realworldimagesize", (2, 2)),
+        ("realworldtilesize", (1, 4)),
+    )
+    lines = [vec(name, *values, kind="float2") for name, values in sizes]
+    nodes = node("N", "ND_tiledimage_vector3", f"asset inputs:file = @{image}@", *lines)
+    _, _, reader, codes = read(nodes)
+    uv = np.array((0.3, 0.2))
+    expected = (uv * (2, 3) - (0.5, 0.25)) / 2 * (1, 4)
+    np.testing.assert_allclose(reader.textures[0].uv_transform @ (*uv, 1), expected, atol=1e-6)
+    assert codes == []
+
+
+@pytest.mark.parametrize(("index", "name"), [(0, "st"), (1, "st1")])
+def test_sets_of_coordinates(image, index, name):
+    assert moved(image, node("P", "ND_texcoord_vector2", f"int inputs:index = {index}"))[1:] == (name, [])
+
+
+def test_coordinates_that_do_not_fold_are_named(image):
+    assert moved(image, node("P", "ND_noise2d_vector2"))[1:] == ("st", ["W303"])
+
+
+# --- surfaces
+
+
+def surface(identifier: str, body: str, nodes: str = ""):
+    """Return the material of a surface, its reader, and the diagnostics."""
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f"""#usda 1.0
+        def Sphere "s" (
+            prepend apiSchemas = ["MaterialBindingAPI"]
+        )
+        {{
+            rel material:binding = </M>
+        }}
+        def Material "M"
+        {{
+            token outputs:mtlx:surface.connect = </M/S.outputs:out>
+            def Shader "S"
+            {{
+                uniform token info:id = "{identifier}"
+                {body}
+                token outputs:out
+            }}
+            {nodes}
+        }}""")
+    report = Report()
+    reader = MaterialReader(stage, Usd.TimeCode.Default(), report)
+    row = reader.bind(stage.GetPrimAtPath("/s"))
+    return reader.materials[row], reader, list(report)
+
+
+def test_standard_surface_with_both_factors_of_a_product(image):
+    body = "\n".join((wire("base_color", "T"), "float inputs:base = 0.5", wire("transmission", "X", "outa", "float")))
+    nodes = picture(image) + node("X", "ND_separate4_color4", wire("in", "T"), outputs=("outa",))
+    material, reader, _ = surface("ND_standard_surface_surfaceshader", body, nodes)
+    for name, expected in (("diffuseColor", 0.5 * RGB), ("opacity", 1 - ALPHA)):
+        found = material.inputs[name]
+        value = texture_values(reader.textures[found.texture], reader.images, np.array([SPOT]))[0]
+        np.testing.assert_allclose(value[found.channel] if found.channel >= 0 else value[:3], expected, atol=1e-6)
+
+
+def test_a_weight_may_vary_where_the_colour_does_not(image):
+    body = "\n".join((vec("base_color", *A), wire("base", "T", kind="float")))
+    material, reader, _ = surface("ND_standard_surface_surfaceshader", body, picture(image, "float"))
+    found = material.inputs["diffuseColor"]
+    value = texture_values(reader.textures[found.texture], reader.images, np.array([SPOT]))[0]
+    np.testing.assert_allclose(value[:3], A * RGB[0], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("identifier", "weight", "ior"),
+    [
+        ("ND_standard_surface_surfaceshader", "specular", "specular_IOR"),
+        ("ND_open_pbr_surface_surfaceshader", "specular_weight", "specular_ior"),
+        ("ND_gltf_pbr_surfaceshader", "specular", "ior"),
+    ],
+)
+def test_the_specular_weight_scales_the_reflectance_head_on(identifier, weight, ior):
+    material, _, _ = surface(identifier, f"float inputs:{weight} = 0.5\nfloat inputs:{ior} = 1.6")
+    n = material.inputs["ior"].value[0]
+    assert ((1 - n) / (1 + n)) ** 2 == pytest.approx(0.5 * (0.6 / 2.6) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("identifier", "name"),
+    [("ND_standard_surface_surfaceshader", "opacity"), ("ND_open_pbr_surface_surfaceshader", "geometry_opacity")],
+)
+def test_opacity_of_other_models_is_coverage(identifier, name):
+    kind = "color3f" if name == "opacity" else "float"
+    value = "(0.25, 0.25, 0.25)" if name == "opacity" else "0.25"
+    material, _, _ = surface(identifier, f"{kind} inputs:{name} = {value}")
+    assert (material.inputs["opacity"].value[0], material.opacity_mode) == (0.25, OpacityMode.PRESENCE)
+
+
+@pytest.mark.parametrize(
+    ("mode", "opacity", "threshold"), [(0, 1.0, 0.0), (1, 0.25, 0.75), (2, 0.25, 0.0)], ids=["opaque", "mask", "blend"]
+)
+def test_alpha_modes_of_gltf(mode, opacity, threshold):
+    body = f"float inputs:alpha = 0.25\nint inputs:alpha_mode = {mode}\nfloat inputs:alpha_cutoff = 0.75"
+    material, _, _ = surface("ND_gltf_pbr_surfaceshader", body)
+    assert (material.inputs["opacity"].value[0], material.opacity_threshold) == (opacity, threshold)
+
+
+def test_normal_maps_of_other_models(image):
+    nodes = picture(image, "vector3") + node("N", "ND_normalmap", wire("in", "T"), "float inputs:scale = 0.5")
+    material, reader, found = surface("ND_open_pbr_surface_surfaceshader", wire("geometry_normal", "N"), nodes)
+    texture = reader.textures[material.inputs["normal"].texture]
+    value = texture_values(texture, reader.images, np.array([SPOT]))[0, :3]
+    np.testing.assert_allclose(value, (RGB * 2 - 1) * (0.5, 0.5, 1), atol=1e-6)
+    assert [d.code for d in found] == ["W302"]
+
+
+def test_a_surfaces_own_normal_is_no_map():
+    material, _, found = surface(
+        "ND_standard_surface_surfaceshader", wire("normal", "N"), node("N", "ND_normal_vector3")
+    )
+    assert ("normal" in material.inputs, [d.code for d in found]) == (False, ["W302"])
+
+
+def test_what_is_lost_is_named_where_it_is_used():
+    body = "float inputs:sheen = 0.5\nfloat inputs:subsurface = 0\ncolor3f inputs:coat_color = (1, 1, 1)"
+    _, _, found = surface("ND_standard_surface_surfaceshader", body)
+    assert [d.message for d in found] == [
+        "the surface 'ND_standard_surface_surfaceshader' is approximated by a UsdPreviewSurface, without sheen"
+    ]

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Surfaces of other renderers to Material rows: ``foreign_shaders`` has what each input becomes, this reads them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, OpacityMode
+from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Term
+from warp_rt.usd.shading_network import Node, find_source, read_numbers
+from warp_rt.usd.signals import DoesNotFold, Signal, add, multiply
+from warp_rt.usd.textures import UNKNOWN_NODE, InputReader
+
+APPROXIMATED_SURFACE = "W302"
+
+_SIZES = {name: len(default) for name, default in MATERIAL_DEFAULTS[MaterialModel.PREVIEW].items()}
+_ONE = Input(value=(1.0, 0.0, 0.0, 0.0))
+_FULL = Signal.constant((1.0,))
+_GLTF_MASK = 1.0  # of alpha_mode
+
+
+class ForeignReader:
+    """Tells other renderers' surfaces as UsdPreviewSurfaces."""
+
+    def __init__(self, inputs: InputReader, time: Usd.TimeCode, report: Report) -> None:
+        self._inputs = inputs
+        self._time = time
+        self._report = report
+
+    def read(self, path: str, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Material:
+        """Return the material that comes nearest, and report that it is not the same.
+
+        Args:
+            path: Of the material.
+            shader: The surface.
+            surface: What its inputs mean.
+            material: The material's prim.
+        """
+        lost = [name for name, neutral in surface.lacks.items() if self._is_used(shader, name, neutral)]
+        inputs = {}
+        for name, term in surface.terms.items():
+            value = self._term(shader, term, _SIZES[name], material)
+            if value is not None:
+                inputs[name] = value
+        mode, threshold = OpacityMode.TRANSPARENT, 0.0
+        if surface.coverage:
+            coverage = self._coverage(shader, surface, material)
+            if coverage is not None and inputs.get("opacity", _ONE) == _ONE:
+                inputs["opacity"], mode = coverage, OpacityMode.PRESENCE
+                threshold = self._threshold(shader, surface)
+            elif coverage is not None:
+                lost.append(surface.coverage)
+        if surface.reflectance:
+            self._scale_reflectance(shader, surface.reflectance, inputs)
+        if surface.normal and self._is_bent(shader, surface.normal):
+            normal = self._inputs.read(shader.GetInput(surface.normal), 3, material)
+            if normal is not None:
+                inputs["normal"] = normal
+        without = f", without {', '.join(lost)}" if lost else ""
+        message = f"the surface {shader.GetShaderId()!r} is approximated by a UsdPreviewSurface{without}"
+        self._report.warn(APPROXIMATED_SURFACE, shader.GetPath(), message)
+        return Material(path, MaterialModel.PREVIEW, inputs, opacity_mode=mode, opacity_threshold=threshold)
+
+    def _term(self, shader: UsdShade.Shader, term: Term, size: int, material: Usd.Prim) -> Input | None:
+        """Return an input of UsdPreviewSurface; None, told, where it does not come down to one texture or primvar."""
+        found = self._signal(shader, term.name, term.default, material)
+        try:
+            if term.weight:
+                found = multiply(found, self._signal(shader, term.weight, term.weight_default, material))
+            if term.is_complement:
+                found = add(_FULL, found.resized(1), -1.0)
+        except DoesNotFold:
+            message = f"{term.name} and {term.weight} both vary; the default is used"
+            self._report.warn(UNKNOWN_NODE, shader.GetPath(), message)
+            return None
+        return self._inputs.lower(found, size, shader.GetInput(term.name) or shader.GetInput(term.weight))
+
+    def _signal(self, shader: UsdShade.Shader, name: str, default: Color | float, material: Usd.Prim) -> Signal:
+        port = shader.GetInput(name) if name else None
+        found = self._inputs.signal(port, material, (1, 3, 4)) if port else None
+        return found or Signal.constant(default if isinstance(default, tuple) else (default,))
+
+    def _coverage(self, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Input | None:
+        """Return the share of the surface that is there; None where that is all of it."""
+        port = shader.GetInput(surface.coverage)
+        if not port or (surface.coverage_mode and self._number(shader, surface.coverage_mode, 0.0) == 0.0):
+            return None
+        value = self._inputs.read(port, 1, material)
+        return None if value == _ONE else value
+
+    def _threshold(self, shader: UsdShade.Shader, surface: ForeignSurface) -> float:
+        if not surface.coverage_mode or self._number(shader, surface.coverage_mode, 0.0) != _GLTF_MASK:
+            return 0.0
+        return max(self._number(shader, "alpha_cutoff", 0.5), float(np.finfo(np.float32).tiny))
+
+    def _scale_reflectance(self, shader: UsdShade.Shader, name: str, inputs: dict[str, Input]) -> None:
+        """Scale the reflectance at normal incidence, ((1 - ior) / (1 + ior))^2, unless rays are bent by that ior."""
+        weight = self._number(shader, name, 1.0)
+        ior = inputs["ior"]
+        if weight == 1.0 or weight < 0.0 or ior.texture >= 0 or ior.primvar or inputs.get("opacity", _ONE) != _ONE:
+            return
+        r = min(math.sqrt(weight) * abs((1.0 - ior.value[0]) / (1.0 + ior.value[0])), 0.999)
+        inputs["ior"] = Input(value=((1.0 + r) / (1.0 - r), 0.0, 0.0, 0.0))
+
+    def _number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
+        found = read_numbers(shader, name, (1,), self._time, self._report)
+        return found[0] if found else default
+
+    def _is_used(self, shader: UsdShade.Shader, name: str, neutral: float) -> bool:
+        """Return whether an input says anything but its neutral value."""
+        port = shader.GetInput(name)
+        source = find_source(port, self._report) if port else None
+        if source is None or isinstance(source, Node):
+            return source is not None
+        return bool(np.any(np.asarray(source.Get(self._time), float) != neutral))
+
+    def _is_bent(self, shader: UsdShade.Shader, name: str) -> bool:
+        """Return whether a normal comes from anything but the surface itself."""
+        port = shader.GetInput(name)
+        source = find_source(port, self._report) if port else None
+        return isinstance(source, Node) and not source.id.startswith("ND_normal_")
