@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Motion blur against closed forms; coverage (alpha) is what is measured, unless light itself changes."""
+"""Motion blur against closed forms; coverage (alpha) is what is measured, unless lights move."""
 
 from __future__ import annotations
 
@@ -157,17 +157,38 @@ def test_accelerations_bend_the_way() -> None:
     assert (film.alpha * x).sum() / film.alpha.sum() == pytest.approx(24 / 24, abs=0.02)
 
 
-def test_light_that_changes_is_the_mean_of_its_values() -> None:
-    """A distant light that grows from 1 to 3: the radiance of a white diffuse wall is 2 / pi."""
+WHITE = 'color3f[] primvars:displayColor = [(1, 1, 1)] (interpolation = "constant")'
+
+
+def test_a_turning_light_is_the_mean_of_its_directions() -> None:
+    """Turned about X from -60 to 60 degrees it gives a wall the mean of cos: sin(60 degrees) over 60 degrees."""
     light = """def DistantLight "l"
         {
-            float inputs:intensity.timeSamples = { 9.5: 1, 10.5: 3 }
+            float inputs:intensity = 1
+            float inputs:angle = 0
+            float xformOp:rotateX.timeSamples = { 9.5: -60, 10.5: 60 }
+            uniform token[] xformOpOrder = ["xformOp:rotateX"]
+        }
+        """
+    film, _ = picture(stage(mesh(more=WHITE) + light), spp=32)
+    expected = np.sin(np.pi / 3) / (np.pi / 3) / np.pi
+    np.testing.assert_allclose(film.color[SIZE // 2, SIZE // 2], expected, rtol=1e-3)  # 32 midpoints: 2e-4
+
+
+def test_what_lights_and_materials_are_counts_at_the_frame() -> None:
+    """As in Hydra: exporters sweep a parameter from frame to frame, where nothing would stand still to be seen."""
+    light = """def DistantLight "l"
+        {
+            float inputs:intensity.timeSamples = { 9.5: 1, 10: 1, 10.5: 3 }
             float inputs:angle = 0
         }
         """
-    white = 'color3f[] primvars:displayColor = [(1, 1, 1)] (interpolation = "constant")'
-    film, _ = picture(stage(mesh(more=white) + light), spp=5)
-    np.testing.assert_allclose(film.color[SIZE // 2, SIZE // 2], 2 / np.pi, rtol=1e-5)
+    still, moments = picture(stage(mesh(more=WHITE) + light), spp=4)
+    assert moments == 1
+    np.testing.assert_allclose(still.color[SIZE // 2, SIZE // 2], 1 / np.pi, rtol=1e-5)
+    film, moments = picture(stage(mesh(more=WHITE) + light + mesh(more=SLIDE, name="moving")), spp=4)
+    assert moments == 4
+    np.testing.assert_allclose(film.color[SIZE // 2, SIZE // 2], 1 / np.pi, rtol=1e-5)
 
 
 def test_topology_may_change() -> None:

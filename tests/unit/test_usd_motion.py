@@ -32,6 +32,7 @@ def stage(body: str) -> Usd.Stage:
         ("float a.timeSamples = { 2: 1, 2.75: 2, 3: 1, 4: 1 }", True),  # between equal ends
         ("vector3f[] velocities.timeSamples = { 2: [(1, 1, 1)] }", True),
         ("vector3f[] velocities = [(1, 1, 1)]", False),
+        ("float inputs:a.timeSamples = { 2: 1, 3: 2 }", False),  # of lights and materials, which count at the frame
         ("double a.spline = {\n bezier,\n 1: 0; post linear,\n 4: 1,\n}", True),
     ],
 )

@@ -94,8 +94,9 @@ def load_stage(
             settings_path = settings_of_pass(stage, pass_path, report)
         terms = read_settings(stage, report, settings_path)
         chosen = {"default", *purposes} if purposes is not None else terms.purposes or DEFAULT_PURPOSES
-        materials = MaterialReader(stage, code, report, terms.binding_purpose)
+        # Hydra's sense of motion: what moves blurs, but lights and materials are as they are at the frame.
         base = code if base_time is None else Usd.TimeCode(base_time)
+        materials = MaterialReader(stage, base, report, terms.binding_purpose)
         reader = GprimReader(code, materials, report, level, base)
         stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
         walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report, base_time=base)
@@ -111,7 +112,7 @@ def load_stage(
             meshes, instances = without_unused(meshes, collections.geometry(instances, linking))
             linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
             placed_lights = collections.lights(placed_lights)
-        lights, domes = _read_lights(placed_lights, materials, linking, code, report)
+        lights, domes = _read_lights(placed_lights, materials, linking, base, report)
         if collections is not None:
             domes = collections.domes(domes)
         cameras = _read_cameras(group, code, report)

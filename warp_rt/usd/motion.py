@@ -24,11 +24,15 @@ _OF_INSTANCES = (
     ("orientations", "angularVelocities"),
     ("orientationsf", "angularVelocities"),
 )
+# What counts at the frame, and boxes, which are computed.
+_STEADY = ("inputs:", "extent")
 _MOTIONS = ("velocities", "angularVelocities", "accelerations")
 
 
 def moves(stage: Usd.Stage, first: float, last: float) -> bool:
-    """Return whether anything that a stage says differs, or may, between two time codes.
+    """Return whether anything that blurs differs, or may, between two time codes.
+
+    That is all that a stage says but the inputs of lights and materials.
 
     Args:
         stage: With its value clips and the velocities of its points.
@@ -111,9 +115,10 @@ def read_points(prim: Usd.Prim, time: Usd.TimeCode, carried_to: Usd.TimeCode | N
 
 
 def _differs(attribute: Usd.Attribute, first: float, last: float) -> bool:
-    if attribute.GetName() in _MOTIONS and attribute.GetNumTimeSamples():
+    name = attribute.GetName()
+    if name in _MOTIONS and attribute.GetNumTimeSamples():
         return True
-    if not attribute.ValueMightBeTimeVarying():
+    if name.startswith(_STEADY) or not attribute.ValueMightBeTimeVarying():
         return False
     if attribute.HasSpline():
         return True
