@@ -122,7 +122,7 @@ def read_pairs(corpora: Path) -> Iterator[Pair]:
         pair = None
         if row["renderer"].startswith("Arnold") and row["class"] != "C" and has_camera.get(row["stage"]):
             pair = _arnold(row)
-        elif "testUsdImagingGLBasicDrawing" in row["options"]:
+        elif "testUsdImagingGLBasicDrawing" in row["options"] and "-displayWindow" not in row["options"]:
             pair = _storm(row)
         elif row["renderer"].startswith("usdrecord"):
             pair = Pair(row["stage"], row["image"], "usdrecord framed", frame=float(row["frame"] or "nan"))
@@ -131,7 +131,7 @@ def read_pairs(corpora: Path) -> Iterator[Pair]:
 
 
 def _arnold(row: dict[str, str]) -> Pair:
-    """Arnold keeps a camera's horizontal field of view; without a frame it reads frame 0, and it subdivides once."""
+    """Arnold keeps a camera's horizontal field of view, and without a frame it reads frame 0."""
     options = row["options"]
     camera = re.search(r"-c (\S+?)'", options)
     return Pair(
@@ -140,13 +140,13 @@ def _arnold(row: dict[str, str]) -> Pair:
         "arnold",
         camera=camera[1] if camera else "",
         frame=float(row["frame"] or 0),
-        complexity="medium",
         purposes=("render",),
         policy="adjustApertureHeight",
     )
 
 
-def _storm(row: dict[str, str]) -> Pair:
+def _storm(row: dict[str, str]) -> Pair | None:
+    """The view is known where the test names a camera, a translation, or frames everything."""
     words = row["options"].split()
     known: dict[str, list[str]] = {}
     for word in words:
@@ -154,11 +154,13 @@ def _storm(row: dict[str, str]) -> Pair:
             known[word] = []
         elif known:
             known[list(known)[-1]].append(word)
+    if not known.keys() & {"-camera", "-translate", "-frameAll"}:
+        return None
     complexity = row["variant"].removeprefix("complexity ") or (known.get("-complexity") or ["1"])[0]
     purposes = [
         purpose
         for purpose, flag, is_shown in (
-            ("render", "-renderPurpose", "hide"),
+            ("render", "-renderPurpose", "show"),
             ("proxy", "-proxyPurpose", "show"),
             ("guide", "-guidesPurpose", "hide"),
         )
@@ -172,7 +174,7 @@ def _storm(row: dict[str, str]) -> Pair:
         camera=known["-camera"][0] if "-camera" in known else "",
         frame=float(row["frame"]) if row["frame"] else None,
         complexity=COMPLEXITIES[min(round(10 * (float(complexity) - 1)), len(COMPLEXITIES) - 1)],
-        purposes=tuple(purposes),
+        purposes=("default", *purposes),
         policy="expandAperture" if known.get("-windowPolicy") == ["fit"] else "adjustApertureWidth",
         background=tuple(map(float, clear[:4])) if clear else None,
         translate=tuple(map(float, known["-translate"][:3])) if "-translate" in known else None,
@@ -252,7 +254,7 @@ def _add_framing_camera(stage: Usd.Stage, pair: Pair, shape: tuple[int, int]) ->
     is_z_up = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
     translate = pair.translate
     if translate is None:
-        cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default", *pair.purposes], useExtentsHint=True)
+        cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default", "proxy"], useExtentsHint=True)
         box = cache.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
         center, size = box.GetMidpoint(), box.GetSize().GetLength()
         x, y, z = (center[0], center[2], center[1]) if is_z_up else center

@@ -281,6 +281,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "N910": ('def Mesh "m" {}', {"/m"}),
     "N913": ('def Points "c" { point3f[] points = [(0,0,0)]\n}', {"/c"}),
     "N911": ('def Frobnicator "f" {}', {"/f"}),
+    "N915": (
+        mesh("normal3f[] normals = [(0,0,1), (0,0,1), (0,0,1), (0,0,1)]", QUAD.replace('"none"', '"catmullClark"')),
+        {"/m"},
+    ),
     "N914": (
         bound(
             shader("UsdPreviewSurface", "float inputs:displacement = 1\ntoken outputs:displacement"),
@@ -383,7 +387,20 @@ def test_sharp_shadows_of_lights_with_an_extent_are_noted(
 
 def test_every_code_of_the_documents_has_its_stage() -> None:
     documented = re.findall(r"^\| ([WN]\d{3}) \|", (DOCS / "diagnostics.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(documented) == {*CASES, "W150", "W420", "N920", "N901", "N902", "N904", "N906", "N907", "N930", "N931"}
+    assert set(documented) == {
+        *CASES,
+        "W150",
+        "W420",
+        "N920",
+        "N901",
+        "N902",
+        "N904",
+        "N906",
+        "N907",
+        "N916",
+        "N930",
+        "N931",
+    }
 
 
 # --- what is supported

@@ -341,6 +341,7 @@ def test_instancers_that_contain_each_other_are_cut_with_a_code() -> None:
     [
         ("int[] protoIndices = [0, 5, -1]\npoint3f[] positions = [(0,0,0), (1,0,0), (2,0,0)]", "W121", 1),
         ("int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0)]", "W120", 0),
+        ("int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0), (1,0,0), (2,0,0)]", "W120", 2),  # as Storm
         (
             "int[] protoIndices = [0, 1]\npoint3f[] positions = [(0,0,0), (1,0,0)]\nfloat3[] scales = [(1,1,1)]",
             "W120",

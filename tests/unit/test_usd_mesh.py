@@ -146,7 +146,9 @@ def test_closed_is_told_by_position_not_by_index() -> None:
 
 
 def test_a_subdivided_cage_has_smooth_normals_and_ignores_authored_ones() -> None:
-    mesh = mesh_of(CUBE + 'normal3f[] normals = [(1,0,0)] (interpolation = "constant")')
+    source, codes = read(CUBE + 'normal3f[] normals = [(1,0,0)] (interpolation = "constant")')
+    assert (source is not None, codes) == (True, ["N915"])
+    mesh = source.mesh
     # By symmetry the normal at a corner of a cube points along its diagonal.
     np.testing.assert_allclose(mesh.normals.values[mesh.triangles], mesh.points[mesh.triangles] / np.sqrt(3), atol=1e-6)
     np.testing.assert_array_equal(mesh.normals.indices, mesh.triangles)

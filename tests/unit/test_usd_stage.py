@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdUtils
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.report import Report
@@ -213,6 +213,18 @@ def test_meters_per_unit() -> None:
     assert len(report) == 0
     assert stage_meters_per_unit(in_memory("metersPerUnit = -1"), report) == 0.01
     assert [record.code for record in report] == ["W511"]
+
+
+def test_meters_per_unit_as_old_files_have_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """USD writes no float there any more, and raises where it reads one."""
+
+    def refuse(_: Usd.Stage) -> float:
+        Tf.RaiseCodingError("Type mismatch: expected double, got float")
+
+    monkeypatch.setattr(UsdGeom, "GetStageMetersPerUnit", refuse)
+    report = Report()
+    assert stage_meters_per_unit(in_memory("metersPerUnit = 0.5"), report) == 0.5
+    assert [record.code for record in report] == ["N916"]
 
 
 def test_a_stage_in_memory_has_no_source() -> None:

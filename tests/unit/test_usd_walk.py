@@ -481,3 +481,21 @@ def test_a_texture_whose_coordinates_a_prim_lacks_is_noted_once_a_material(tmp_p
     (record,) = _textured(varname, has + lacks + also + other, tmp_path).diagnostics
     assert (record.code, record.prim) == ("N912", "/M")
     assert record.message.startswith("/lacks and 1 more prims lack the primvar map1")
+
+
+def test_one_may_look_through_a_camera_that_is_not_seen() -> None:
+    body = """
+        def Xform "rig" { token visibility = "invisible"
+            double3 xformOp:translate = (1, 2, 3)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            def Sphere "bulb" {}
+            def SphereLight "lamp" {}
+            def Camera "c" { double3 xformOp:translate = (0, 0, 4)
+                uniform token[] xformOpOrder = ["xformOp:translate"]
+            }
+        }
+    """
+    scene = load(body)
+    assert (len(scene.instances), len(scene.lights)) == (0, 0)
+    assert [camera.path for camera in scene.cameras] == ["/rig/c"]
+    np.testing.assert_array_equal(scene.cameras[0].world_from_camera[:3, 3], (1, 2, 7))

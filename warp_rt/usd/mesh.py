@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -29,6 +29,7 @@ from warp_rt.usd.subsets import read_face_slots
 BAD_HOLE = "W113"
 INVALID_VALUE = "W114"
 EMPTY = "N910"
+UNUSED_NORMALS = "N915"
 
 SMOOTH_SCHEMES = ("catmullClark", "loop")
 """Schemes whose surface is smooth. A bilinear one has the edges and corners of its cage, and flat normals."""
@@ -180,6 +181,9 @@ def _finish(mesh: _Mesh, shape: _Shape, report: Report) -> MeshSource:
         normals = read_normals(UsdGeom.Mesh(prim), layout, time, report)
         if normals is not None and skin is not None:
             normals = pose_normals(normals, layout, skin)
+    elif mesh.scheme != "none" and _has_normals(prim, authored.names, time):
+        message = f"its normals do not count: the subdivision surface ({mesh.scheme}) has its own"
+        report.warn(UNUSED_NORMALS, prim.GetPath(), message)
     slots, subsets = read_face_slots(prim, layout.face_count, time, report)
     built = Mesh(
         points=shape.points,
@@ -191,6 +195,11 @@ def _finish(mesh: _Mesh, shape: _Shape, report: Report) -> MeshSource:
         is_closed=shape.is_closed,
     )
     return MeshSource(built, subsets)
+
+
+def _has_normals(prim: Usd.Prim, names: Collection[str], time: Usd.TimeCode) -> bool:
+    """Return whether normals are authored, and there are some."""
+    return any(name in names and prim.GetAttribute(name).Get(time) for name in _NORMALS)
 
 
 def _cage_topology(point_count: int, polygons: Polygons) -> Topology:

@@ -100,10 +100,13 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
     path = schema.GetPath()
     positions = vector_rows(schema.GetPositionsAttr().Get(time), 3)
     found = 0 if positions is None else len(positions)
-    if positions is None or found != count:
+    if positions is None or found < count or not count:
         if found or count:
             report.warn(BAD_ARRAY, path, f"instancer left out: {found} positions for {count} protoIndices")
         return None
+    if found > count:
+        report.warn(BAD_ARRAY, path, f"{found} positions for {count} protoIndices: the first {count} count")
+        positions = positions[:count]
     matrices = np.tile(np.eye(4), (count, 1, 1))
     matrices[:, :3, 3] = positions
     orientations = schema.GetOrientationsfAttr().Get(time) or schema.GetOrientationsAttr().Get(time)

@@ -23,6 +23,7 @@ BAD_COMPOSITION = "W504"
 BAD_UP_AXIS = "W510"
 BAD_UNIT = "W511"
 BAD_TIME = "W512"
+FLOAT_UNIT = "N916"
 USD_WARNING = "N920"
 
 _COMPOSITION_CODES = {
@@ -174,6 +175,8 @@ def stage_meters_per_unit(stage: Usd.Stage, report: Report) -> float:
         value = UsdGeom.GetStageMetersPerUnit(stage)
     except Tf.ErrorException:  # authored as float, which old files do: the layer still has the number
         value = stage.GetRootLayer().pseudoRoot.GetInfo("metersPerUnit")
+        message = f"metersPerUnit is a {type(value).__name__}, not the schema's double: {value!r} is read all the same"
+        report.warn(FLOAT_UNIT, stage.GetRootLayer().GetDisplayName(), message)
     if isinstance(value, float | int) and math.isfinite(value) and value > 0:
         return float(value)
     name = stage.GetRootLayer().GetDisplayName()

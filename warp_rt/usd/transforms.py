@@ -59,6 +59,10 @@ class TransformReader:
             return None
         return LocalTransform(matrix, resets, is_identity=local == _IDENTITY)
 
+    def world_from_local(self, prim: Usd.Prim) -> np.ndarray:
+        """Return where a prim stands in the world: float64, shape [4, 4], acting on column vectors."""
+        return np.array(self._cache.GetLocalToWorldTransform(prim)).T
+
     def _check_operations(self, prim: Usd.Prim, names: Set[str]) -> None:
         """Report entries of ``xformOpOrder`` that USD passes over because there is no such operation."""
         order = prim.GetAttribute("xformOpOrder").Get()

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom
+from pxr import Tf, Usd, UsdGeom, UsdSkel
 
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
@@ -142,6 +142,8 @@ class StageWalk:
         if above.lod_items is not None:
             above = above._replace(lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
         elif "visibility" in authored.names and prim_type.is_imageable and is_invisible(prim, self._time, self._report):
+            if self._nesting == 1:
+                self._add_unseen_cameras(prim, above, builder)
             return None
         here = self._place(prim, prim_type, above, authored, builder)
         if here is None:
@@ -184,6 +186,12 @@ class StageWalk:
             self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
             return None
         return passed_on
+
+    def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
+        """Add the cameras of an invisible prim, which one may look through all the same."""
+        for camera in Usd.PrimRange(prim):
+            if camera.GetTypeName() == "Camera":
+                builder.add_camera(PlacedPrim(camera, self._transforms.world_from_local(camera), above.name(camera)))
 
     def _place(
         self, prim: Usd.Prim, prim_type: PrimType, above: Context, authored: Authored, builder: GroupBuilder
@@ -245,7 +253,9 @@ class StageWalk:
     def _read_skin(self, prim: Usd.Prim) -> Skin | None:
         skin = self._skins.read(prim)
         if skin is None and UsdGeom.PrimvarsAPI(prim).GetPrimvar("skel:jointIndices").HasAuthoredValue():
-            self._report.warn(REST_POSE, prim.GetPath(), "no skeleton moves its joints: drawn in its rest pose")
+            is_bound = bool(UsdSkel.BindingAPI(prim).GetInheritedSkeleton())
+            why = "USD takes none of its joint influences" if is_bound else "no skeleton moves its joints"
+            self._report.warn(REST_POSE, prim.GetPath(), f"{why}: drawn in its rest pose")
         return skin
 
     def _read_schemas(self, prim: Usd.Prim, schemas: Sequence[str]) -> None:
