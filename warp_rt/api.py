@@ -14,6 +14,7 @@ from warp_rt.errors import OptionError, SceneError
 from warp_rt.image.tone import check_display
 from warp_rt.nff.statements import is_nff
 from warp_rt.options import (
+    ADAPTIVE,
     COMPLEXITIES,
     DEFAULT_DEPTH,
     RenderOptions,
@@ -22,7 +23,7 @@ from warp_rt.options import (
     refinement_level,
 )
 from warp_rt.scene import Scene
-from warp_rt.scene_source import SceneSource, StillScene
+from warp_rt.scene_source import RefinableSource, SceneSource, StillScene
 
 if TYPE_CHECKING:
     from warp_rt.image.depth_series import DepthSeries
@@ -41,7 +42,7 @@ def open_scene(
     render_settings: str | None = None,
     render_pass: str | None = None,
     draw_modes: bool = True,
-) -> SceneSource:
+) -> RefinableSource:
     """Open a USD stage, or a file in Haines' Neutral File Format, whose scenes of several times are wanted.
 
     ``open_scene("a.usda").scene(3)`` is ``load_scene("a.usda", time=3)``, but reads the file only once.
@@ -54,6 +55,7 @@ def open_scene(
             else ``proxy``.
         complexity: Of subdivision surfaces: ``low`` draws their cages, as usdrecord does by default; ``medium``,
             ``high`` and ``veryhigh`` refine them 1, 2 and 3 times, with points and normals of the limit surface.
+            What renders takes ``auto`` too: each surface as often as its edges are large in the picture.
         mask: Paths of the prims that a file is composed of, with all above and below them; none: all of it.
         session_layer: A layer that a file is opened with, stronger than the file itself.
         render_settings: Path of the RenderSettings prim; None: the one that the stage's metadata name.
@@ -167,7 +169,7 @@ def render(
     chosen = _options(options)
     if isinstance(scene, Scene):
         return Image(Renderer(scene, chosen, device=device).render(camera=camera), exposure=exposure, tonemap=tonemap)
-    source = open_scene(scene, complexity=complexity)
+    source = _open(scene, complexity, chosen, camera)
     frame = source.scene(time)
     film, _ = render_frame(
         Renderer(frame, chosen, device=device),
@@ -256,10 +258,19 @@ def trace_tree(
 
     check_display(exposure, tonemap)
     chosen = _options(options)
-    loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time, complexity=complexity)
+    loaded = scene if isinstance(scene, Scene) else _open(scene, complexity, chosen, camera).scene(time)
     samples = None if sample is None else (sample,)
     tree = Renderer(loaded, chosen, device=device).trace_tree(x, y, camera=camera, samples=samples)
     return replace(tree, exposure=exposure, tonemap=tonemap)
+
+
+def _open(scene: str | PathLike[str] | Any, complexity: str, options: RenderOptions, camera: str | None) -> SceneSource:
+    """Open a stage for pictures of one camera, which complexity ``auto`` refines surfaces for."""
+    if complexity != ADAPTIVE:
+        return open_scene(scene, complexity=complexity)
+    from warp_rt.adaptive import AdaptiveSource
+
+    return AdaptiveSource(open_scene(scene), options, lambda seen: (seen, camera))
 
 
 def _options(given: dict[str, Any]) -> RenderOptions:

@@ -27,6 +27,8 @@ AOVS = (
 )
 COMPLEXITIES = ("low", "medium", "high", "veryhigh")
 """Names of the refinement levels 0 to 3 of subdivision surfaces, as usdrecord has them."""
+ADAPTIVE = "auto"
+"""Name of the complexity that refines each surface by the size of its edges in the picture."""
 PURPOSES = ("default", "render", "proxy", "guide")
 
 DEFAULT_WIDTH = 960  # usdrecord's

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -35,6 +36,21 @@ class SceneSource(Protocol):
         """
 
 
+class RefinableSource(SceneSource, Protocol):
+    """A stage that is open, whose surfaces may be refined by prim."""
+
+    def scene(
+        self, time: float | None = None, *, base_time: float | None = None, levels: Mapping[str, int] | None = None
+    ) -> Scene:
+        """Return the scene at a time.
+
+        Args:
+            time: As for a ``SceneSource``; so too ``base_time`` and the errors.
+            base_time: Likewise.
+            levels: Refinements of the surfaces of some prims, by path; None: all are refined as the source says.
+        """
+
+
 @dataclass(frozen=True)
 class StillScene:
     """A scene without time, as a source."""
@@ -43,8 +59,10 @@ class StillScene:
     name: str
     """Of its file."""
 
-    def scene(self, time: float | None = None, *, base_time: float | None = None) -> Scene:
-        """Return the scene.
+    def scene(
+        self, time: float | None = None, *, base_time: float | None = None, levels: Mapping[str, int] | None = None
+    ) -> Scene:
+        """Return the scene, in which there is no surface to refine.
 
         Raises:
             OptionError: A time is asked for.

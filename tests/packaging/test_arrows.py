@@ -28,7 +28,7 @@ PARTS = {
     "device": ["warp_setup", "devices", "compile", "workers", "launch"],
     "tracing": [
         *("jobs", "binary_trees", "collapse", "forest", "mesh_trees", "shape_trees", "accel", "queries", "ray_span"),
-        *("dome", "light_tables", "device_lights", "specular_albedo", "device_scene"),
+        *("adaptive", "dome", "light_tables", "device_lights", "specular_albedo", "device_scene"),
         *("film", "film_buffers", "film_camera", "frame", "exposure", "renderer", "shutter", "tree_recording"),
     ],
     "image": ["image.*"],

@@ -16,7 +16,7 @@ from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
 from warp_rt.cli.ray_table import tell_rays
 from warp_rt.cli.render_summary import frame_summary, summary_line, whole_run
-from warp_rt.cli.stage_input import open_stage, read_moment, read_stage
+from warp_rt.cli.stage_input import open_refined_stage, read_moment, read_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OptionError
@@ -28,7 +28,7 @@ from warp_rt.report import Diagnostic
 if TYPE_CHECKING:
     from warp_rt.renderer import Renderer
     from warp_rt.scene import Camera, Product, Scene
-    from warp_rt.scene_source import SceneSource
+    from warp_rt.scene_source import RefinableSource, SceneSource
 
 View = tuple["Scene", "str | Camera | None"]
 """A scene, and the camera that sees it: its name, one of the command's own, or None for the scene's."""
@@ -67,7 +67,7 @@ def make_pictures(
     shots: Sequence[Shot],
     view: Callable[[Scene], View],
     announce: Callable[[Scene], None] | None = None,
-    source: SceneSource | None = None,
+    source: RefinableSource | None = None,
 ) -> int:
     """Render the shots, write them, and tell; return the exit code.
 
@@ -91,7 +91,7 @@ def make_pictures(
     frames = []
     previous = None
     begin = time.perf_counter()
-    run = _Run(args, options, source or open_stage(args), view, announce, voice)
+    run = _Run(args, options, open_refined_stage(args, options, view, source), view, announce, voice)
     opening = time.perf_counter() - begin
     for index, shot in enumerate(shots):
         file = shot.output.name + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")

@@ -9,7 +9,16 @@ from typing import Any
 
 from warp_rt.cli.parser import Parser, name, names, rgb, whole_numbers
 from warp_rt.image.tone import TONE_MAPS
-from warp_rt.options import BUILDERS, COMPLEXITIES, INTEGRATORS, INTERSECTORS, SHADOWS, TEXTURE_FILTERS, RenderOptions
+from warp_rt.options import (
+    ADAPTIVE,
+    BUILDERS,
+    COMPLEXITIES,
+    INTEGRATORS,
+    INTERSECTORS,
+    SHADOWS,
+    TEXTURE_FILTERS,
+    RenderOptions,
+)
 
 
 def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
@@ -33,9 +42,10 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
     view.add_argument(
         "--complexity",
         "-c",
-        choices=COMPLEXITIES,
+        choices=(*COMPLEXITIES, ADAPTIVE),
         default=COMPLEXITIES[0],
-        help="subdivision surfaces: the cage, or refined 1, 2 or 3 times (default: %(default)s)",
+        help="subdivision surfaces: the cage, refined 1, 2 or 3 times, or by their size in the picture "
+        "(default: %(default)s)",
     )
     view.add_argument(
         "--disable-draw-mode",

@@ -17,7 +17,7 @@ from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
 from warp_rt.cli.render_arguments import add_display, add_machine, add_quality, add_view, render_options
 from warp_rt.cli.render_summary import frame_summary, sum_rays, summary_line
-from warp_rt.cli.stage_input import open_stage, read_stage
+from warp_rt.cli.stage_input import open_refined_stage, read_stage
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     start = seconds_since_start()
     voice = Voice(terminal)
     begin = time.perf_counter()
-    scene = read_stage(open_stage(args), args, voice, time=args.frame, outputs=files.all())
+    scene = read_stage(open_refined_stage(args, options), args, voice, time=args.frame, outputs=files.all())
     load = time.perf_counter() - begin
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
     films, seconds = [], []

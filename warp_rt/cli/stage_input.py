@@ -6,20 +6,44 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OutputError
+from warp_rt.options import ADAPTIVE, COMPLEXITIES
 
 if TYPE_CHECKING:
-    from warp_rt.scene import Scene
-    from warp_rt.scene_source import SceneSource
+    from warp_rt.options import RenderOptions
+    from warp_rt.scene import Camera, Scene
+    from warp_rt.scene_source import RefinableSource, SceneSource
 
 
-def open_stage(args: argparse.Namespace) -> SceneSource:
+def open_refined_stage(
+    args: argparse.Namespace,
+    options: RenderOptions,
+    view: Callable[[Scene], tuple[Scene, str | Camera | None]] | None = None,
+    source: RefinableSource | None = None,
+) -> SceneSource:
+    """Return the stage as ``open_stage`` does, its surfaces refined for their size in the picture if that is asked for.
+
+    Args:
+        args: Of a parser that has ``render_arguments``.
+        options: Of the picture.
+        view: Says what of a scene is seen; None: all of it, from ``--camera``.
+        source: The stage where it is open already.
+    """
+    refinable = source or open_stage(args)
+    if args.complexity != ADAPTIVE:
+        return refinable
+    from warp_rt.adaptive import AdaptiveSource
+
+    return AdaptiveSource(refinable, options, view or (lambda scene: (scene, args.camera)))
+
+
+def open_stage(args: argparse.Namespace) -> RefinableSource:
     """Return the stage that the arguments of ``render_arguments`` name, open.
 
     Raises:
@@ -31,7 +55,7 @@ def open_stage(args: argparse.Namespace) -> SceneSource:
         args.scene,
         default_time=args.default_time,
         purposes=args.purposes,
-        complexity=args.complexity,
+        complexity=COMPLEXITIES[0] if args.complexity == ADAPTIVE else args.complexity,
         mask=args.mask,
         session_layer=args.session_layer,
         render_settings=args.render_settings,

@@ -11,7 +11,7 @@ from pathlib import Path
 from warp_rt.cli.frames import parse_frames
 from warp_rt.cli.parser import Parser, add_json, add_scene
 from warp_rt.cli.render_arguments import add_display, add_machine, add_quality, add_view, render_options
-from warp_rt.cli.stage_input import open_stage, read_stage
+from warp_rt.cli.stage_input import open_refined_stage, read_stage
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
@@ -69,7 +69,9 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     from warp_rt.renderer import Renderer
 
     voice = Voice(terminal)
-    scene = read_stage(open_stage(args), args, voice, time=frame, outputs=[args.usd] if args.usd else [])
+    scene = read_stage(
+        open_refined_stage(args, options), args, voice, time=frame, outputs=[args.usd] if args.usd else []
+    )
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
     samples = None if args.sample is None else (args.sample,)
     tree = renderer.trace_tree(args.x, args.y, camera=args.camera, samples=samples)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -75,6 +76,7 @@ class GprimReader:
         report: Takes the diagnostics.
         level: Refinements of subdivision surfaces of which no prim says how often they are refined.
         base_time: See ``read_times``; None: ``time``.
+        levels: Refinements of the surfaces of some prims, by path.
     """
 
     def __init__(
@@ -84,12 +86,14 @@ class GprimReader:
         report: Report,
         level: int,
         base_time: Usd.TimeCode | None = None,
+        levels: Mapping[str, int] | None = None,
     ) -> None:
         self._time = time
         self._base_time = time if base_time is None else base_time
         self._materials = materials
         self._report = report
         self._level = level
+        self._levels = levels or {}
         self._displacements = DisplacementReader(materials, report)
         self._authored = AuthoredReader()
         self._listed: list[_Listed] = []
@@ -112,7 +116,9 @@ class GprimReader:
         times = (self._time, None)
         if "velocities" in authored.names:
             times = read_times(prim, self._time, self._base_time)
-        level = self._level if context.level is None else context.level
+        level = context.level
+        if level is None:
+            level = self._levels.get(str(path), self._level) if self._levels else self._level
         return self._add(prim, path, (key, level), Source(prim, authored, skin, *times, level), context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -59,6 +59,7 @@ def load_stage(
     level: int = 0,
     draw_modes: bool = True,
     base_time: float | None = None,
+    levels: Mapping[str, int] | None = None,
 ) -> Scene:
     """Return the scene that a stage shows at one time.
 
@@ -76,6 +77,7 @@ def load_stage(
         draw_modes: Whether models are replaced as their draw modes say.
         base_time: The frame that ``time`` is a moment of, while its shutter is open: velocities carry points from the
             sample at or before the frame. None: ``time`` is a frame itself.
+        levels: Refinements of the surfaces of some prims, by path.
 
     Raises:
         SceneError: The file is missing or is not USD, or there are no such settings.
@@ -97,7 +99,7 @@ def load_stage(
         # Hydra's sense of motion: what moves blurs, but lights and materials are as they are at the frame.
         base = code if base_time is None else Usd.TimeCode(base_time)
         materials = MaterialReader(stage, base, report, terms.binding_purpose)
-        reader = GprimReader(code, materials, report, level, base)
+        reader = GprimReader(code, materials, report, level, base, levels)
         stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
         walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report, base_time=base)
         placed = walk.walk()

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pxr import Usd
@@ -57,7 +57,7 @@ class StageSource:
                 self._stage, self._source = open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
         self._told = tuple(report)
         self._is_own = not isinstance(path_or_stage, Usd.Stage)  # so that nobody changes it meanwhile
-        self._latest: tuple[float | None, Scene] | None = None
+        self._latest: tuple[tuple[float | None, Mapping[str, int] | None], Scene] | None = None
         self._default_time = default_time
         self._purposes = purposes
         self._settings_path = settings_path
@@ -74,9 +74,12 @@ class StageSource:
                 path = settings_of_pass(self._stage, self._pass_path, report)
             return read_settings(self._stage, report, path).products
 
-    def scene(self, time: float | None = None, *, base_time: float | None = None) -> Scene:
+    def scene(
+        self, time: float | None = None, *, base_time: float | None = None, levels: Mapping[str, int] | None = None
+    ) -> Scene:
         """Return the scene at a time; arguments and errors as ``load_stage`` has them."""
-        if self._latest is not None and base_time is None and self._latest[0] == time:
+        asked = (time, levels)
+        if self._latest is not None and base_time is None and self._latest[0] == asked:
             return self._latest[1]  # another picture of the same frame
         scene = load_stage(
             self._stage,
@@ -88,8 +91,9 @@ class StageSource:
             level=self._level,
             draw_modes=self._draw_modes,
             base_time=base_time,
+            levels=levels,
         )
         scene = replace(scene, source=self._source, diagnostics=(*self._told, *scene.diagnostics))
         if base_time is None and self._is_own:
-            self._latest = time, scene
+            self._latest = asked, scene
         return scene
