@@ -9,7 +9,7 @@ from .constants import GRAZING_FADE, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNE
 from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
 from .structs import InputData, MaterialData, SceneData
-from .surface import Surface, eval_primvar, surface_tangents
+from .surface import NORMALS_SLOT, Surface, eval_primvar, surface_tangents
 from .texture import eval_texture
 from .vector import face_forward, fresnel_schlick, max_component, refraction_discriminant
 
@@ -139,20 +139,22 @@ def mirror_share(roughness: float) -> float:
 
 @wp.func
 def shading_normal(scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3) -> wp.vec3:
-    """Return the unit shading normal, bent by the normal map if there is one, on the viewer's side."""
+    """Return the unit shading normal, bent by the input ``normal`` if there is one, on the viewer's side."""
     n = surface.n_shading
     if material.has_normal_map != 0:
         data = scene.inputs[surface.material * INPUT_COUNT + _NORMAL]
+        slot = int(wp.static(int(NORMALS_SLOT) + 1))  # that of st: the frame of what is no texture
         if data.texture >= 0:
-            tangent, bitangent = surface_tangents(scene, surface, scene.textures[data.texture].primvar)
-            # An orthonormal frame about the interpolated normal; mirrored texture coordinates keep their handedness.
-            t = tangent - n * wp.dot(n, tangent)
-            b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
-            if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
-                m = input_vec3(scene, surface, _NORMAL)
-                bent = wp.normalize(t) * m[0] + wp.normalize(b) * m[1] + n * m[2]
-                if wp.length_sq(bent) > 0.0:
-                    n = wp.normalize(bent)
+            slot = scene.textures[data.texture].primvar
+        tangent, bitangent = surface_tangents(scene, surface, slot)
+        # An orthonormal frame about the interpolated normal; mirrored texture coordinates keep their handedness.
+        t = tangent - n * wp.dot(n, tangent)
+        b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
+        if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
+            m = input_vec3(scene, surface, _NORMAL)
+            bent = wp.normalize(t) * m[0] + wp.normalize(b) * m[1] + n * m[2]
+            if wp.length_sq(bent) > 0.0:
+                n = wp.normalize(bent)
     return face_forward(n, wo)
 
 

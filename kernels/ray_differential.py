@@ -68,7 +68,8 @@ def on_plane(moved: wp.vec3, direction: wp.vec3, normal: wp.vec3) -> wp.vec3:
     return moved - direction * (wp.dot(moved, normal) / cosine)
 
 
-@wp.func
+# Out of line, so that scenes without textures do not carry it in their inner loop.
+@wp.func(inline=False)
 def set_footprint(surface: wp.ref[Surface], ray: wp.ref[RayDifferential], direction: wp.vec3, t: float):
     """Write where the neighbouring rays meet the plane of a hit: Igehy's transfer (equation 10).
 

@@ -267,7 +267,8 @@ def _material_record(material: Material) -> dict[str, Any]:
         "opacity_mode": int(material.opacity_mode),
         "opacity_threshold": material.opacity_threshold,
         "is_single_sided": material.is_single_sided,
-        "has_normal_map": normal is not None and normal.texture >= 0,
+        "has_normal_map": normal is not None
+        and (normal.texture >= 0 or bool(normal.primvar) or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)),
     }
 
 

@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""UsdPreviewSurface's normal, in the frame of the texture coordinates: s is x, t is y, the surface's normal is z."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image as PillowImage
+from pxr import Usd
+
+import warp_rt
+
+MAP = np.array((0.6, 0.3, 0.9))
+MAP /= np.linalg.norm(MAP)
+TEXEL = np.rint((MAP + 1) / 2 * 255)
+BENT = TEXEL / 255 * 2 - 1
+BENT /= np.linalg.norm(BENT)
+
+TEXTURED = """
+    normal3f inputs:normal.connect = </M/T.outputs:rgb>
+}
+def Shader "T"
+{
+    uniform token info:id = "UsdUVTexture"
+    asset inputs:file = @FILE@
+    token inputs:sourceColorSpace = "raw"
+    token inputs:wrapS = "repeat"
+    token inputs:wrapT = "repeat"
+    float4 inputs:scale = (2, 2, 2, 1)
+    float4 inputs:bias = (-1, -1, -1, 0)
+    float2 inputs:st.connect = </M/R.outputs:result>
+    float3 outputs:rgb
+}
+def Shader "R"
+{
+    uniform token info:id = "UsdPrimvarReader_float2"
+    string inputs:varname = "st"
+    float2 outputs:result
+"""
+
+
+def stage(surface: str, mesh: str = "", st: str = "[(0,0), (1,0), (1,1), (0,1)]", points: str = "") -> Usd.Stage:
+    """Return a stage with a square in the plane z = 0, seen from +z, or from -z by the camera /Below."""
+    points = points or "[(-1,-1,0), (1,-1,0), (1,1,0), (-1,1,0)]"
+    result = Usd.Stage.CreateInMemory()
+    result.GetRootLayer().ImportFromString(f"""#usda 1.0
+(
+    upAxis = "Z"
+)
+def Mesh "Square" (
+    prepend apiSchemas = ["MaterialBindingAPI"]
+)
+{{
+    rel material:binding = </M>
+    point3f[] points = {points}
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    uniform token subdivisionScheme = "none"
+    texCoord2f[] primvars:st = {st} (
+        interpolation = "vertex"
+    )
+    {mesh}
+}}
+def Material "M"
+{{
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S"
+    {{
+        uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+        {surface}
+    }}
+}}
+def Camera "Above"
+{{
+    token projection = "orthographic"
+    double3 xformOp:translate = (0.1, 0.2, 5)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+def Camera "Below"
+{{
+    token projection = "orthographic"
+    double3 xformOp:translate = (0.1, 0.2, -5)
+    double xformOp:rotateY = 180
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY"]
+}}
+""")
+    return result
+
+
+def normal(opened: Usd.Stage, camera: str = "/Above") -> np.ndarray:
+    """Return the shading normal in the middle of the picture."""
+    scene = warp_rt.load_scene(opened)
+    tree = warp_rt.trace_tree(scene, 1, 1, camera=camera, width=3, height=3, device="cpu")
+    return np.array(tree.roots[0].normal)
+
+
+@pytest.fixture(scope="module")
+def textured(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path: Path = tmp_path_factory.mktemp("normal") / "map.png"
+    PillowImage.fromarray(np.tile(TEXEL.astype(np.uint8), (4, 4, 1))).save(path)
+    return TEXTURED.replace("FILE", path.as_posix())
+
+
+CASES = {
+    "plain": ({}, (1, 1, 1)),
+    "s runs the other way": ({"st": "[(1,0), (0,0), (0,1), (1,1)]"}, (-1, 1, 1)),
+    "t runs the other way": ({"st": "[(0,1), (1,1), (1,0), (0,0)]"}, (1, -1, 1)),
+    "left-handed": ({"mesh": 'uniform token orientation = "leftHanded"'}, (1, 1, -1)),
+    "mirrored": (
+        {"mesh": 'double3 xformOp:scale = (-1, 1, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'},
+        (-1, 1, 1),
+    ),
+    "mirrored along its normal": (
+        {"mesh": 'double3 xformOp:scale = (1, 1, -1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'},
+        (1, 1, -1),
+    ),
+    "normals of its own": ({"mesh": "normal3f[] normals = [(0,0,1), (0,0,1), (0,0,1), (0,0,1)]"}, (1, 1, 1)),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_frame_follows_the_texture_coordinates(textured: str, case: str) -> None:
+    """Whichever side is seen: what is a bump from one is a dent from the other."""
+    options, signs = CASES[case]
+    outward = BENT * signs
+    opened = stage(textured, **options)
+    np.testing.assert_allclose(normal(opened), outward * np.sign(outward[2]), atol=1e-5)
+    np.testing.assert_allclose(normal(opened, "/Below"), -outward * np.sign(outward[2]), atol=1e-5)
+
+
+def test_turned_coordinates_turn_the_frame(textured: str) -> None:
+    got = normal(stage(textured, st="[(0,0), (0,1), (-1,1), (-1,0)]"))  # s runs along -y, t along +x
+    np.testing.assert_allclose(got, (BENT[1], -BENT[0], BENT[2]), atol=1e-5)
+
+
+def test_uneven_scale_bends_the_normal_in_the_world(textured: str) -> None:
+    """The frame is made of unit vectors of the placed surface: scale does not flatten bumps."""
+    scaled = 'double3 xformOp:scale = (4, 1, 2)\nuniform token[] xformOpOrder = ["xformOp:scale"]'
+    np.testing.assert_allclose(normal(stage(textured, scaled)), BENT, atol=1e-5)
+
+
+@pytest.mark.parametrize("body", ["", "normal3f inputs:normal = (0, 0, 1)"])
+def test_the_default_is_no_map(body: str) -> None:
+    np.testing.assert_allclose(normal(stage(body)), (0, 0, 1), atol=1e-6)
+
+
+def test_a_value_bends_as_a_map_does() -> None:
+    body = f"normal3f inputs:normal = ({MAP[0]}, {MAP[1]}, {MAP[2]})"
+    np.testing.assert_allclose(normal(stage(body, st="[(1,0), (0,0), (0,1), (1,1)]")), MAP * (-1, 1, 1), atol=1e-5)
+
+
+def test_a_primvar_bends_as_a_map_does() -> None:
+    reader = """
+        normal3f inputs:normal.connect = </M/P.outputs:result>
+    }
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPrimvarReader_normal"
+        string inputs:varname = "bump"
+        normal3f outputs:result
+    """
+    bump = f"normal3f[] primvars:bump = [({MAP[0]}, {MAP[1]}, {MAP[2]})]"
+    np.testing.assert_allclose(normal(stage(reader, bump)), MAP, atol=1e-5)
+
+
+def test_without_coordinates_nothing_is_bent(textured: str) -> None:
+    np.testing.assert_allclose(normal(stage(textured, st="[(0,0), (0,0), (0,0), (0,0)]")), (0, 0, 1), atol=1e-6)
