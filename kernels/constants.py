@@ -61,19 +61,22 @@ groups of 8 octants, few enough that neighbours stay together."""
 LAUNCH_SPANS = wp.constant(64)
 """Spans that a worker takes in one launch, some 30 ms at most: between launches an interrupt is heard."""
 
-SCATTER_STRIDE = wp.constant(16)
-"""One in so many pairs of successive rays tells whether they come in any order."""
-
-SCATTERED = wp.constant(0.125)
-"""Part of their origins' extent that successive rays are apart if they come in no order: 1/3 for points at random in a
-box, 0.01 for 8 x 8 tiles of pixels."""
-
 FLIGHTS = wp.constant(12)
 """Rays that a thread keeps in flight where they have nothing in common: what it takes to hide the wait for memory."""
 
 FLIGHT_FLOATS = wp.constant(1 << 22)
 """float32 words of a hierarchy, 16 MB, beyond which that pays: 0.95 times as fast at 4 MB, 1.7 times at 66 MB, where a
 core has a cache of 2 MB to itself."""
+
+RAY_CODE_BITS = wp.constant(10)
+"""Bits a coordinate of the codes that scattered rays are sorted by: all that an int32 holds."""
+
+SCATTER_STRIDE = wp.constant(16)
+"""One in so many pairs of successive rays tells whether they come in any order."""
+
+SCATTERED = wp.constant(0.125)
+"""Part of their origins' extent that successive rays are apart if they come in no order: 1/3 for points at random in a
+box, 0.01 for 8 x 8 tiles of pixels."""
 
 # --- bounding volume hierarchy: construction
 

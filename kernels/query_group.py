@@ -20,6 +20,7 @@ def query_closest_hit_group(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    sorted: wp.array[int],
     span: RaySpan,
     next: wp.array[int],
     t_out: wp.array[float],
@@ -35,7 +36,7 @@ def query_closest_hit_group(
     results.v = v_out
     results.triangle = triangle_out
     results.instance = instance_out
-    trace_spans(accels[0], span, origins, directions, t_max, next, results)
+    trace_spans(accels[0], span, origins, directions, t_max, sorted, next, results)
 
 
 @wp.kernel
@@ -44,6 +45,7 @@ def query_any_hit_group(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    sorted: wp.array[int],
     span: RaySpan,
     next: wp.array[int],
     blocked_out: wp.array[wp.bool],
@@ -51,4 +53,4 @@ def query_any_hit_group(
     """Write whether the rays of up to LAUNCH_SPANS spans hit anything, from ray ``next[0]`` on."""
     results = AnyHits()
     results.is_blocked = blocked_out
-    trace_spans(accels[0], span, origins, directions, t_max, next, results)
+    trace_spans(accels[0], span, origins, directions, t_max, sorted, next, results)

@@ -117,6 +117,48 @@ def write_flight(accel: wp.ref[AccelData], results: wp.ref[AnyHits], ray: int, f
 
 # --- rays in groups
 
+_PREFETCH_HITS = r"""
+#if !defined(__CUDA_ARCH__)
+    const int* rays = (const int*)order.data + start;
+    for (int index = 0; index < count; ++index) {
+        const size_t ray = rays[index];
+        __builtin_prefetch((const float*)t.data + ray, 1);
+        __builtin_prefetch((const float*)u.data + ray, 1);
+        __builtin_prefetch((const float*)v.data + ray, 1);
+        __builtin_prefetch((const int*)triangle.data + ray, 1);
+        __builtin_prefetch((const int*)instance.data + ray, 1);
+    }
+#endif
+"""
+
+
+@wp.func_native(_PREFETCH_HITS)
+def prefetch_hits(
+    order: wp.array[int],
+    start: int,
+    count: int,
+    t: wp.array[float],
+    u: wp.array[float],
+    v: wp.array[float],
+    triangle: wp.array[int],
+    instance: wp.array[int],
+):
+    """Ask for the memory of ``count`` rays' results, listed in ``order`` from ``start`` on; it changes none."""
+    ...
+
+
+@wp.func
+def prefetch_results(results: wp.ref[ClosestHits], order: wp.array[int], start: int, count: int):
+    """Ask for the memory that results of rays all over the arrays will be written to, while the rays are traced."""
+    prefetch_hits(order, start, count, results.t, results.u, results.v, results.triangle, results.instance)
+
+
+@wp.func
+def prefetch_results(results: wp.ref[AnyHits], order: wp.array[int], start: int, count: int):
+    """Do nothing: the results of a query are as small as the cache."""
+    pass
+
+
 _WRITE_HITS = r"""
     const int* rays = (const int*)order.data + start;
     const int *word = (const int*)words.data, *record = (const int*)records.data;

@@ -13,7 +13,7 @@ from .gather_rays import load_group
 from .intersect_packet import octant_of
 from .native import spell_out
 from .per_type import per_type
-from .ray_results import Results, is_satisfied_by_any, trace_single, write_flight, write_group
+from .ray_results import Results, is_satisfied_by_any, prefetch_results, trace_single, write_flight, write_group
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -49,15 +49,23 @@ def take_span(next: wp.array[int]) -> int:
 
 
 _SORT = r"""
-    const float* origin = (const float*)origins.data + 3 * (size_t)first;
-    const float* direction = (const float*)directions.data + 3 * (size_t)first;
     int* lists = (int*)order.data;
     int counts[9] = {};
-    for (int ray = 0; ray < count; ++ray, origin += 3, direction += 3) {
+    for (int position = first; position < first + count; ++position) {
+        const int ray = sorted.shape[0] == 0 ? position : ((const int*)sorted.data)[position];
+#if !defined(__CUDA_ARCH__)
+        if (position + 16 < sorted.shape[0]) {
+            const int next = ((const int*)sorted.data)[position + 16];
+            __builtin_prefetch((const float*)origins.data + 3 * (size_t)next);
+            __builtin_prefetch((const float*)directions.data + 3 * (size_t)next);
+        }
+#endif
+        const float* origin = (const float*)origins.data + 3 * (size_t)ray;
+        const float* direction = (const float*)directions.data + 3 * (size_t)ray;
         const float total = origin[0] + origin[1] + origin[2] + direction[0] + direction[1] + direction[2];
         const int octant = (direction[0] < 0.0f) + 2 * (direction[1] < 0.0f) + 4 * (direction[2] < 0.0f);
         const int list = total - total == 0.0f ? octant : 8;
-        lists[list * GROUP_SPAN + counts[list]] = first + ray;
+        lists[list * GROUP_SPAN + counts[list]] = ray;
         ++counts[list];
     }
     for (int list = 0; list < 9; ++list)
@@ -69,17 +77,19 @@ _SORT = r"""
 def sort_by_octant(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
+    sorted: wp.array[int],
     first: int,
     count: int,
     order: wp.array[int],
     sizes: wp.array[int],
 ):
-    """List ``count`` rays from ``first`` on by octant, in their order; those that are not finite make a ninth list.
+    """List ``count`` rays by octant, in their order; those that are not finite make a ninth list.
 
     Args:
         origins: Contiguous.
         directions: Likewise.
-        first: First ray.
+        sorted: The rays in the order in which they are taken; empty: as they come.
+        first: Position of the first ray in that order.
         count: At most GROUP_SPAN.
         order: Output, nine lists of GROUP_SPAN rays each.
         sizes: Output, how many are on each, shape [9].
@@ -91,6 +101,7 @@ def sort_by_octant(
 def sort_by_octant_plain(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
+    sorted: wp.array[int],
     first: int,
     count: int,
     order: wp.array[int],
@@ -99,11 +110,12 @@ def sort_by_octant_plain(
     """Write what ``sort_by_octant`` writes, in plain Warp."""
     for i in range(9):
         sizes[i] = 0
-    for i in range(first, first + count):
+    for position in range(first, first + count):
+        ray = position if sorted.shape[0] == 0 else sorted[position]
         row = int(8)
-        if is_ray_finite(origins[i], directions[i]):
-            row = octant_of(directions[i])
-        order[row * GROUP_SPAN + sizes[row]] = i
+        if is_ray_finite(origins[ray], directions[ray]):
+            row = octant_of(directions[ray])
+        order[row * GROUP_SPAN + sizes[row]] = ray
         sizes[row] = sizes[row] + 1
 
 
@@ -136,11 +148,12 @@ def trace_span(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    sorted: wp.array[int],
     begin: int,
     size: int,
     results: Results,
 ):
-    """Trace rays ``begin`` to ``begin + size``, and write what becomes of them.
+    """Trace rays ``begin`` to ``begin + size`` of an order, and write what becomes of them.
 
     In groups by octant; where they come in no order, several in flight at a time over a hierarchy beyond the caches,
     else one by one.
@@ -151,34 +164,35 @@ def trace_span(
         origins: Of all rays, contiguous.
         directions: Likewise.
         t_max: One value for all rays, or one a ray.
-        begin: First ray.
+        sorted: The rays so that successive ones are near each other; empty: as they come.
+        begin: Position of the first ray.
         size: At most GROUP_SPAN.
         results: Output.
     """
     is_any = is_satisfied_by_any(results)
-    is_scattered = are_scattered(origins, begin, size)
-    if is_scattered and is_for_flights(accel):
-        trace_flights(accel, span.flights, origins, directions, t_max, begin, size, is_any)
-        for row in range(size):
-            write_flight(accel, results, begin + row, span.flights, row)
-    elif is_scattered:
+    if sorted.shape[0] == 0 and are_scattered(origins, begin, size):
+        if is_for_flights(accel):
+            trace_flights(accel, span.flights, origins, directions, t_max, begin, size, is_any)
+            for row in range(size):
+                write_flight(accel, results, begin + row, span.flights, row)
+            return
         for ray in range(begin, begin + size):
             end = t_max[wp.min(ray, t_max.shape[0] - 1)]
             trace_single(accel, results, ray, origins[ray], directions[ray], end, span.group.single_stack)
-    else:
-        sort_by_octant(origins, directions, begin, size, span.order, span.sizes)
-        for octant in range(9):
-            start = octant * GROUP_SPAN
-            end_of_list = start + span.sizes[octant]
-            while start < end_of_list:
-                count = wp.min(GROUP, end_of_list - start)
-                if octant < 8:
-                    load_group(
-                        origins, directions, t_max, span.order, start, count, span.group.rays, 0, span.group.ends
-                    )
-                    trace_group(accel, span.group, count, is_any)
-                write_group(accel, results, span.order, start, count, octant < 8, span.group)
-                start += count
+        return
+    sort_by_octant(origins, directions, sorted, begin, size, span.order, span.sizes)
+    for octant in range(9):
+        start = octant * GROUP_SPAN
+        end_of_list = start + span.sizes[octant]
+        while start < end_of_list:
+            count = wp.min(GROUP, end_of_list - start)
+            if sorted.shape[0] > 0:
+                prefetch_results(results, span.order, start, count)
+            if octant < 8:
+                load_group(origins, directions, t_max, span.order, start, count, span.group.rays, 0, span.group.ends)
+                trace_group(accel, span.group, count, is_any)
+            write_group(accel, results, span.order, start, count, octant < 8, span.group)
+            start += count
 
 
 @per_type
@@ -188,6 +202,7 @@ def trace_spans(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    sorted: wp.array[int],
     next: wp.array[int],
     results: Results,
 ):
@@ -197,5 +212,13 @@ def trace_spans(
         if begin >= origins.shape[0]:
             return
         trace_span(
-            accel, span, origins, directions, t_max, begin, wp.min(GROUP_SPAN, origins.shape[0] - begin), results
+            accel,
+            span,
+            origins,
+            directions,
+            t_max,
+            sorted,
+            begin,
+            wp.min(GROUP_SPAN, origins.shape[0] - begin),
+            results,
         )

@@ -13,6 +13,7 @@ import warp as wp
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
 from warp_rt.kernels import constants, query, query_group
+from warp_rt.ray_order import sort_rays
 from warp_rt.ray_span import keep_ray_spans, take_ray_span
 from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
@@ -243,13 +244,14 @@ def _launch_groups(
     """Launch a query kernel that takes the rays in groups, once or more in each worker."""
     load_module(query_group, "cpu")
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
+    order = sort_rays(accel, arrays[1], workers)
     following = wp.zeros(1, dtype=wp.int32, device="cpu")
     taken = following.numpy()
     spans: list[Any] = []
 
     def record() -> wp.Launch:
         spans.append(take_ray_span(accel))
-        inputs = [*arrays, spans[-1], following]
+        inputs = [*arrays, order, spans[-1], following]
         return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True)
 
     def run(worker: int, command: wp.Launch) -> list[int]:

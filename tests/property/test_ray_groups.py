@@ -16,7 +16,9 @@ from warp_rt.errors import OptionError
 from warp_rt.kernels import query
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
 from warp_rt.queries import Hits
+from warp_rt.ray_order import sort_rays
 from warp_rt.scene import Scene
+from warp_rt.workers import Workers
 
 from ..aimed_rays import edge_rays
 from ..meshes import octasphere, soup, torus
@@ -154,6 +156,22 @@ def test_scattered_rays_through_a_big_hierarchy() -> None:
         check(accel, origins[:count], directions[:count], ends)
     directions[:] = np.nan
     check(accel, origins, directions)
+
+
+def test_many_scattered_rays_through_a_big_hierarchy() -> None:
+    """They are sorted, and their hits stand where they stood."""
+    accel = warp_rt.build_accel(Scene.from_arrays(*soup(400_000, 9, size=0.004)))
+    rng = np.random.default_rng(11)
+    count = 120_001
+    origins, directions = rng.uniform(size=(count, 3)).astype("f"), rng.normal(size=(count, 3)).astype("f")
+    bad = rng.uniform(size=count) < 0.001
+    origins[bad] = rng.choice(np.float32([np.nan, np.inf, -np.inf, 1e30]), (bad.sum(), 3))
+    order = sort_rays(accel, wp.array(origins, dtype=wp.vec3, device="cpu"), Workers(2)).numpy()
+    np.testing.assert_array_equal(np.sort(order), np.arange(count))
+    steps = np.abs(np.diff(origins[order[~bad[order]]], axis=0)).sum(axis=1)
+    assert steps.mean() < 0.1  # 1 for neighbours at random
+    hits = check(accel, origins, directions, rng.choice(np.float32([0.05, 0.3, np.inf]), count))
+    assert 0.1 < (hits.instance == 0).mean() < 1
 
 
 def test_queries_of_several_threads_have_scratch_memory_of_their_own() -> None:

@@ -3,6 +3,7 @@
 """Groups of rays against nodes and leaf packets: native functions, their plain twins, and each ray by itself."""
 
 import numpy as np
+import pytest
 import warp as wp
 
 from warp_rt.kernels.bvh_stack import push_children
@@ -96,14 +97,15 @@ def compare_triangles(
 def compare_sorts(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
+    sorted: wp.array[int],
     first: int,
     count: int,
     orders_out: wp.array2d[int],
     sizes_out: wp.array2d[int],
     scattered_out: wp.array[wp.bool],
 ):
-    sort_by_octant(origins, directions, first, count, orders_out[0], sizes_out[0])
-    sort_by_octant_plain(origins, directions, first, count, orders_out[1], sizes_out[1])
+    sort_by_octant(origins, directions, sorted, first, count, orders_out[0], sizes_out[0])
+    sort_by_octant_plain(origins, directions, sorted, first, count, orders_out[1], sizes_out[1])
     scattered_out[0] = are_scattered(origins, first, count)
 
 
@@ -244,7 +246,8 @@ def test_triangles(device: str) -> None:
     assert 0.1 < share < 0.9
 
 
-def test_rays_are_listed_by_octant(device: str) -> None:
+@pytest.mark.parametrize("is_sorted", [False, True])
+def test_rays_are_listed_by_octant(device: str, is_sorted: bool) -> None:
     rng = np.random.default_rng(4)
     first, count = 7, GROUP_SPAN - 30
     origins = rng.normal(size=(GROUP_SPAN, 3)).astype(np.float32)
@@ -255,13 +258,16 @@ def test_rays_are_listed_by_octant(device: str) -> None:
     arrays = [wp.array(v, dtype=wp.vec3, device=device) for v in (origins, directions)]
     outputs = [wp.zeros(shape, dtype=int, device=device) for shape in ((2, 9 * GROUP_SPAN), (2, 9))]
     outputs += [wp.zeros(1, dtype=wp.bool, device=device)]
+    taken = rng.permutation(GROUP_SPAN) if is_sorted else np.arange(GROUP_SPAN)
+    arrays.append(wp.array(taken if is_sorted else [], dtype=int, device=device))
     orders, sizes, _ = launch(compare_sorts, 1, [*arrays, first, count], outputs, device)
     np.testing.assert_array_equal(orders[0], orders[1])
     np.testing.assert_array_equal(sizes[0], sizes[1])
     octant = (directions < 0) @ [1, 2, 4]
     octant[~np.isfinite(origins + directions).all(axis=1)] = 8
     for row in range(9):
-        expected = first + np.flatnonzero(octant[first : first + count] == row)
+        rays = taken[first : first + count]
+        expected = rays[octant[rays] == row]
         np.testing.assert_array_equal(orders[0][row * GROUP_SPAN :][: sizes[0][row]], expected)
     assert sizes[0].sum() == count
 
@@ -278,7 +284,7 @@ def test_scattered_rays_are_told_from_those_of_pixels(device: str) -> None:
         "a sphere": (rng.normal(size=(GROUP_SPAN, 3)), True),
     }
     for name, (origins, expected) in sets.items():
-        arrays = [wp.array(origins, dtype=wp.vec3, device=device)] * 2
+        arrays = [wp.array(origins, dtype=wp.vec3, device=device)] * 2 + [wp.zeros(0, dtype=int, device=device)]
         outputs = [wp.zeros(shape, dtype=int, device=device) for shape in ((2, 9 * GROUP_SPAN), (2, 9))]
         outputs += [wp.zeros(1, dtype=wp.bool, device=device)]
         _, _, is_scattered = launch(compare_sorts, 1, [*arrays, 0, GROUP_SPAN], outputs, device)

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""An order in which successive rays of a query start near each other, where they come in none."""
+
+from __future__ import annotations
+
+import math
+import threading
+
+import numpy as np
+import warp as wp
+
+from warp_rt.accel import Accel
+from warp_rt.kernels import ray_order
+from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP
+from warp_rt.warp_setup import load_module
+from warp_rt.workers import Workers
+
+_OCTANTS = 8
+_SAMPLED_GROUPS = 32
+_WORTHWHILE = 16.0  # how much smaller sorting makes groups before it pays: 80 thousand rays at random
+_TILE = 1 << 15  # rays whose codes one launch computes
+
+_sorting = threading.Lock()  # Warp sorts in static memory on the CPU
+
+
+def sort_rays(accel: Accel, origins: wp.array, workers: Workers) -> wp.array:
+    """Return the rays of a query in the order in which they are best taken; empty: as they come.
+
+    Rays that go together are of one octant of directions, so that a group of them spans an eighth of the rays next to
+    each other: with n rays all over a surface, sorted, a part of its extent that goes with the root of 8 GROUP / n.
+    Where groups as they come span many times that, and the hierarchy lies beyond the caches, the rays are sorted along
+    a space-filling curve.
+
+    Args:
+        accel: What they are traced in.
+        origins: Of the rays, on the CPU, contiguous.
+        workers: Who computes the codes.
+
+    Returns:
+        int32, shape [n] or [0].
+    """
+    is_big = accel.data.nodes.size + accel.data.leaves.size > FLIGHT_FLOATS
+    box = _scattered_box(origins.numpy()) if is_big else None
+    if box is None:
+        return wp.empty(0, dtype=wp.int32, device="cpu")
+    load_module(ray_order, "cpu")
+    low, side = box
+    count = len(origins)
+    codes, rays = (_uninitialized(2 * count) for _ in range(2))  # the second half is the sort's own
+
+    def code(first: int, _: None) -> None:
+        inputs = [origins, wp.vec3(low), 1.0 / side, first]
+        wp.launch(ray_order.code_rays, min(_TILE, count - first), inputs, [codes, rays], device="cpu")
+
+    workers.map(code, range(0, count, _TILE))
+    with _sorting:
+        wp.utils.radix_sort_pairs(codes, rays, count)
+    return rays[:count]
+
+
+def _scattered_box(origins: np.ndarray) -> tuple[np.ndarray, float] | None:
+    """Return corner and side of a cube around most origins; None where sorting them would not pay.
+
+    Judged by some runs of successive rays; runs in which a number is not finite do not count.
+    """
+    count = len(origins)
+    if count < GROUP * _SAMPLED_GROUPS:
+        return None
+    first = np.linspace(0, count - GROUP, _SAMPLED_GROUPS).astype(np.int64)
+    runs = origins[first[:, None] + np.arange(GROUP)]
+    runs = runs[np.isfinite(runs).all(axis=(1, 2))]
+    if not len(runs):
+        return None
+    low, high = runs.min(axis=(0, 1)).astype(np.float64), runs.max(axis=(0, 1)).astype(np.float64)
+    spans = np.ptp(runs.astype(np.float64), axis=1).sum(axis=1)
+    sorted_span = (high - low).sum() * math.sqrt(_OCTANTS * GROUP / count)
+    side = float((high - low).max())
+    is_worthwhile = side > 0 and np.median(spans) > _WORTHWHILE * sorted_span
+    return (low, side) if is_worthwhile else None
+
+
+def _uninitialized(count: int) -> wp.array:
+    return wp.array(np.empty(count, np.int32), dtype=wp.int32, device="cpu", copy=False)
