@@ -36,7 +36,9 @@ def is_seen(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
 @wp.func
 def is_held_out(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
     """Return whether a ray from the eye ends at an instance that holds out what is behind it."""
-    return scene.has_hidden != 0 and depth == 1 and is_present(scene, instance, HOLDS_OUT)
+    if scene.has_hidden == 0 or depth != 1:  # by itself: `and` would read the instance in any case
+        return False
+    return is_present(scene, instance, HOLDS_OUT)
 
 
 @wp.func

@@ -73,7 +73,7 @@ def test_a_plain_call(stage, capfd):
     """960 wide, main_cam, a light in the camera: a wall of displayColor's default grey, 0.5, that faces it."""
     assert record("wall.usda", "a.png") == 0
     err = capfd.readouterr().err
-    assert "Camera: /World/main_cam\nRecording time code: 1\n" in err
+    assert "Camera: /World/main_cam\nRenderer plugin: whitted\nRecording time code: 1\n" in err
     with Image.open("a.png") as image:
         assert image.size == (960, 700)
         pixel = np.array(image)[350, 480, :3]

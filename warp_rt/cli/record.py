@@ -104,10 +104,15 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
             scene = replace(scene, lights=(*scene.lights, headlight(camera)))
         return scene, camera
 
+    told: set[str] = set()
+
     def announce(scene: Scene) -> None:
         camera = _camera(scene, args.camera, options)
         is_framed = camera.path not in [own.path for own in scene.cameras]
-        terminal.info(f"Camera: {'framed' if is_framed else camera.path}")
+        for line in (f"Camera: {'framed' if is_framed else camera.path}", f"Renderer plugin: {options.integrator}"):
+            if line not in told:  # once, as usdrecord does
+                terminal.info(line)
+            told.add(line)
         terminal.info(f"Recording time code: {'DEFAULT' if scene.time is None else f'{scene.time:g}'}")
 
     if args.product is not None:
