@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .light import KIND_DISTANT, cone_factor
+from .light import KIND_DISTANT, KIND_MESH, cone_factor
 from .profile import profile_factor
 from .sample_light import has_extent, light_radiance, meet_extent
 from .structs import LightData, SceneData
@@ -63,8 +63,8 @@ def light_emission(
 
 @wp.func
 def is_seen_as_shape(light: wp.ref[LightData]) -> bool:
-    """Return whether a light has a shape that rays can meet."""
-    return has_extent(light) and light.kind != KIND_DISTANT
+    """Return whether a light has a shape that rays can meet; of a mesh they meet the mesh."""
+    return has_extent(light) and light.kind != KIND_DISTANT and light.kind != KIND_MESH
 
 
 @wp.func

@@ -20,6 +20,7 @@ KIND_SPHERE = wp.constant(2)
 KIND_RECT = wp.constant(3)
 KIND_DISK = wp.constant(4)
 KIND_CYLINDER = wp.constant(5)
+KIND_MESH = wp.constant(6)
 
 
 @wp.struct

@@ -14,11 +14,13 @@ import warp as wp
 from .constants import GLOSS_SHARE, IMAGE_SHARE
 from .emission import is_seen_as_shape, light_emission
 from .environment import dome_radiance
+from .light import KIND_MESH
 from .light_direction import LightDirection
 from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong, unmirrored_scales
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import meet_extent, sample_extent
+from .sample_mesh import sample_mesh
 from .structs import SceneData
 from .vector import fresnel_schlick, max_component
 
@@ -69,7 +71,8 @@ def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int, light
         scales = unmirrored_scales(shading, light.diffuse, light.specular)
         e.base = scales[1]
         e.coat = scales[2]
-    share_samples(e, shading, GLOSS_SHARE)
+    # All triangles of a mesh would have to be tried for a direction that comes from elsewhere.
+    share_samples(e, shading, 0.0 if light.kind == KIND_MESH else GLOSS_SHARE)
     return e
 
 
@@ -124,6 +127,8 @@ def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, 
         u: Point of the unit square.
     """
     if row < scene.light_count:
+        if scene.lights[row].kind == KIND_MESH:
+            return sample_mesh(scene, scene.lights[row].mesh, position, u)
         return sample_extent(scene.lights[row], position, u)
     dome = scene.domes[row - scene.light_count]
     if dome.cells_offset < 0:

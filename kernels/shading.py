@@ -10,7 +10,7 @@ from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_END, SHADOW_LIMIT
 from .emission import is_seen_as_shape
 from .environment import dome_irradiance
-from .light import sample_light
+from .light import KIND_MESH, LightSample, sample_light
 from .material import (
     MODEL_PREVIEW,
     MODEL_WHITTED,
@@ -25,6 +25,7 @@ from .profile import profile_factor
 from .ray_counts import count_shadow
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
+from .sample_mesh import mesh_light
 from .sampling import branch_key, sequence_point, shuffle_index
 from .structs import FrameData, SceneData, ShadowData
 from .surface import Surface, make_surface, spawn_origin
@@ -225,7 +226,11 @@ def local_illumination(
                 scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
             )
             continue
-        arriving = sample_light(light, surface.position)
+        arriving = LightSample()
+        if light.kind == KIND_MESH:
+            arriving = mesh_light(scene, light, surface.position)
+        else:
+            arriving = sample_light(light, surface.position)
         if light.profile >= 0:
             arriving.irradiance = arriving.irradiance * profile_factor(scene, light.profile, arriving.to_shadow)
         cosine = wp.dot(shading.n, arriving.wi)

@@ -158,6 +158,8 @@ class LightData:
     """Row of ``SceneData.profiles``; -1: none."""
     texture: wp.int32
     """Row of ``SceneData.light_textures``, whose mean is part of ``emission``; -1: none."""
+    mesh: wp.int32
+    """Row of ``SceneData.light_meshes``; -1: none."""
 
 
 @wp.struct
@@ -182,6 +184,31 @@ class LightTextureData:
     image: wp.int32
     radiance: wp.vec3
     """Factor of its texels."""
+
+
+@wp.struct
+class LightMeshData:
+    """The triangles of a mesh light."""
+
+    offset: wp.int32
+    """First of them in ``SceneData.light_triangles``."""
+    count: wp.int32
+    area: wp.float32
+    """Of all of them, world space."""
+    is_double_sided: wp.int32
+    """1: it shines to both sides, 0: outwards."""
+
+
+@wp.struct
+class LightTriangle:
+    """One of them, world space, wound as seen from outside. They lie along a Morton curve: neighbours are near."""
+
+    origin: wp.vec3
+    side_x: wp.vec3
+    """From the origin to the second corner; so too ``side_y``, to the third."""
+    side_y: wp.vec3
+    share: wp.float32
+    """Part of the light's area up to this triangle, itself included."""
 
 
 @wp.struct
@@ -267,6 +294,8 @@ class SceneData:
     shadows: wp.array[ShadowData]
     profiles: wp.array[ProfileData]
     light_textures: wp.array[LightTextureData]
+    light_meshes: wp.array[LightMeshData]
+    light_triangles: wp.array[LightTriangle]
     profile_numbers: wp.array[wp.float32]
     domes: wp.array[DomeData]
     dome_count: wp.int32

@@ -55,6 +55,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "shadow": tables.add_shadow(light.shadow),
         "profile": tables.add_profile(light),
         "texture": texture,
+        "mesh": tables.add_mesh(light, origin),
     }
 
 

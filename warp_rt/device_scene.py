@@ -361,6 +361,9 @@ def _pack_lights(
     data.links = pack.array(tables.links.words(), wp.uint32)
     data.shadows = pack.records(structs.ShadowData, tables.shadows)
     data.profiles = pack.records(structs.ProfileData, tables.profiles)
+    data.light_meshes = pack.records(structs.LightMeshData, tables.meshes)
+    triangles = [np.zeros(0, structs.LightTriangle.numpy_dtype()), *tables.triangles]
+    data.light_triangles = pack.array(np.concatenate(triangles), structs.LightTriangle)
     data.light_textures = pack.records(structs.LightTextureData, tables.textures)
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from warp_rt.kernels import structs
 from warp_rt.scene import Light, Profile, Shadow
 
 
@@ -52,6 +53,10 @@ class LightTables:
         """Rows of ``kernels.structs.SceneData.profiles``."""
         self.textures: list[dict[str, Any]] = []
         """Rows of ``kernels.structs.SceneData.light_textures``."""
+        self.meshes: list[dict[str, Any]] = []
+        """Rows of ``kernels.structs.SceneData.light_meshes``."""
+        self.triangles: list[np.ndarray] = []
+        """Of each of them, of ``kernels.structs.LightTriangle``."""
         self._image_of = image_of
         self._numbers: list[np.ndarray] = []
         self._number_count = 0
@@ -91,6 +96,36 @@ class LightTables:
         self.textures.append({"image": image, "radiance": light.radiance})
         return len(self.textures) - 1, mean
 
+    def add_mesh(self, light: Light, origin: np.ndarray) -> int:
+        """Return the row of a mesh light's triangles; -1 where it is none.
+
+        Args:
+            light: The light.
+            origin: World point that device coordinates are relative to, shape [3].
+        """
+        if light.triangles is None:
+            return -1
+        linear = light.world_from_light[:3, :3]
+        ordered = light.triangles[_along_a_curve(light.triangles.mean(axis=1))]
+        corners = ordered @ linear.T + (light.world_from_light[:3, 3] - origin)
+        sides = corners[:, 1:] - corners[:, :1]
+        if np.linalg.det(linear) < 0:  # a mirroring turns the winding round
+            sides = sides[:, ::-1]
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+        table = np.zeros(len(corners), structs.LightTriangle.numpy_dtype())
+        table["origin"], table["side_x"], table["side_y"] = corners[:, 0], sides[:, 0], sides[:, 1]
+        table["share"] = np.cumsum(areas) / areas.sum()
+        self.meshes.append(
+            {
+                "offset": sum(map(len, self.triangles)),
+                "count": len(table),
+                "area": areas.sum(),
+                "is_double_sided": light.is_double_sided,
+            }
+        )
+        self.triangles.append(table)
+        return len(self.meshes) - 1
+
     def profile_numbers(self) -> np.ndarray:
         """Return ``kernels.structs.SceneData.profile_numbers``: float32, shape [n]."""
         return np.concatenate([np.zeros(0, np.float32), *self._numbers])
@@ -102,3 +137,20 @@ class LightTables:
             self._numbers += [profile.vertical, profile.horizontal, profile.values.reshape(-1)]
             self._number_count += len(profile.vertical) + len(profile.horizontal) + profile.values.size
         return offset
+
+
+def _along_a_curve(points: np.ndarray) -> np.ndarray:
+    """Return the order of points along a Morton curve: int64, shape [n].
+
+    Args:
+        points: shape [n, 3].
+
+    Reference: Morton (1966), A Computer Oriented Geodetic Data Base, IBM.
+    """
+    low = points.min(axis=0)
+    cells = ((points - low) / max(float((points.max(axis=0) - low).max()), 1e-30) * 1023).astype(np.int64)
+    code = np.zeros(len(points), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(code, kind="stable")

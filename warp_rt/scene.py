@@ -313,6 +313,8 @@ class LightKind(IntEnum):
     """In the XY plane, of ``radius``, shining along -Z."""
     CYLINDER = 5
     """Along X, of ``length`` and ``radius``, without caps."""
+    MESH = 6
+    """``triangles``, shining outwards."""
 
 
 @dataclass(frozen=True)
@@ -382,6 +384,11 @@ class Light:
     """Texture of a rect light, row of ``Scene.images``, a factor of the radiance; -1: none. Its left edge is at local
     +X, its top at +Y: seen from the side that shines it is upright and unmirrored."""
     is_srgb: bool = False
+    triangles: np.ndarray | None = None
+    """Of a mesh light: float32, shape [n, 3, 3], its own space, wound as seen from outside. Rays meet the mesh that is
+    drawn there, and not these."""
+    is_double_sided: bool = False
+    """Whether a mesh light shines inwards, too."""
     profile_angle_scale: float = 0.0
     """Above 0, vertical angles are divided by it before the profile is read; below 0, their distance from pi is by its
     negative; 0: neither."""

@@ -221,7 +221,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W401": (
         light("PortalLight")
         + 'def GeometryLight "g" {}\n'
-        + f'def Mesh "m" (prepend apiSchemas = ["MeshLightAPI"]) {{ {QUAD} }}',
+        + f'def Mesh "m" (prepend apiSchemas = ["MeshLightAPI"]) {{ {QUAD}\nuniform token purpose = "guide" }}',
         {"/l", "/g", "/m"},
     ),
     "W402": (light("SphereLight", "asset inputs:shaping:ies:file = @a.ies@", '"ShapingAPI"'), {"/l"}),
@@ -248,6 +248,11 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W412": (light("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = 0"), {"/l"}),
     "W413": (light("SphereLight", 'string inputs:intensity = "x"'), {"/l"}),
     "W419": (light("SphereLight", 'uniform token light:shaderId = "TheirLight"'), {"/l"}),
+    "W414": (
+        f'def Mesh "l" (prepend apiSchemas = ["MeshLightAPI"]) {{ {QUAD}\n'
+        + 'uniform token light:materialSyncMode = "noMaterialResponse" }',
+        {"/l"},
+    ),
     "W421": ('def Camera "c" { float fStop = 2 }', {"/c"}),
     "W422": ('def Camera "c" { int clippingPlanes = 1 }', {"/c"}),
     "W423": ('def Xform "x" (prepend apiSchemas = ["MotionAPI"]) { float motion:blurScale = 0.5 }', {"/x"}),

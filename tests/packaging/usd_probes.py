@@ -436,7 +436,7 @@ HOSTS: dict[str, tuple[str | Fixture, ...]] = {
         ),
     ),
     "NodeDefAPI": (),  # Shader has it built in
-    "MeshLightAPI": (Fixture(SHINING + f'def Mesh "p" {{ {QUAD} }}'),),
+    "MeshLightAPI": (Fixture(SHINING + f'def Mesh "p" {{ {QUAD.replace("(1,0,0), (1,1,0)", "(2,0,0), (2,1,0)")} }}'),),
     "VolumeLightAPI": ("Volume",),
     "LightAPI": (),  # every light has it built in
     "LightListAPI": ("SphereLight",),

@@ -11,11 +11,15 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 from warp_rt.device_lights import light_record
 from warp_rt.light_tables import LightTables
 from warp_rt.report import Report
-from warp_rt.scene import Dome, LightKind, Shadow
+from warp_rt.scene import Dome, Instances, LightKind, Shadow
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.lights import is_light, read_light
+from warp_rt.usd.mesh_lights import MeshLightReader
 
 TIME = Usd.TimeCode.Default()
+REPORT = Report()
+_NONE = np.zeros(0, np.int32)
+NO_MESHES = MeshLightReader((), Instances(_NONE, np.zeros((0, 4, 4)), _NONE, _NONE, _NONE, _NONE), (), (), (), ())
 
 
 class _NoImages:
@@ -48,7 +52,9 @@ def _read(body, matrix=None, images=None):
     stage = _stage(body)
     report = Report()
     matrix = np.eye(4) if matrix is None else matrix
-    light = read_light(stage.GetPrimAtPath("/L"), matrix, TIME, report, images or _NoImages(), ProfileCache(report))
+    light = read_light(
+        stage.GetPrimAtPath("/L"), matrix, TIME, report, images or _NoImages(), ProfileCache(report), NO_MESHES
+    )
     return light, [diagnostic.code for diagnostic in report]
 
 
@@ -271,7 +277,7 @@ def test_a_rects_texture_is_loaded():
 def _dome(kind, body="", header=""):
     stage = _stage(f'({header})\ndef {kind} "L" {{\n{body}\n}}' if header else f'def {kind} "L" {{\n{body}\n}}')
     report, images = Report(), _NoImages()
-    dome = read_light(stage.GetPrimAtPath("/L"), np.eye(4), TIME, report, images, ProfileCache(report))
+    dome = read_light(stage.GetPrimAtPath("/L"), np.eye(4), TIME, report, images, ProfileCache(report), NO_MESHES)
     return dome, [d.code for d in report], images.loaded
 
 
@@ -419,7 +425,9 @@ def test_sampled_values_are_read_at_their_time():
     light = UsdLux.SphereLight.Define(stage, "/L")
     light.CreateIntensityAttr().Set(1.0, 0.0)
     light.CreateIntensityAttr().Set(3.0, 10.0)
-    read = read_light(light.GetPrim(), np.eye(4), Usd.TimeCode(5), Report(), _NoImages(), ProfileCache(Report()))
+    read = read_light(
+        light.GetPrim(), np.eye(4), Usd.TimeCode(5), Report(), _NoImages(), ProfileCache(Report()), NO_MESHES
+    )
     assert read.radiance == pytest.approx((2, 2, 2))
 
 
@@ -429,5 +437,7 @@ def test_dome_that_is_turned_to_the_stages_up_axis_by_its_own_transform():
     light = UsdLux.DomeLight.Define(stage, "/L")
     light.OrientToStageUpAxis()
     matrix = np.array(Gf.Matrix4d(light.ComputeLocalToWorldTransform(TIME))).T
-    dome = read_light(stage.GetPrimAtPath(Sdf.Path("/L")), matrix, TIME, Report(), _NoImages(), ProfileCache(Report()))
+    dome = read_light(
+        stage.GetPrimAtPath(Sdf.Path("/L")), matrix, TIME, Report(), _NoImages(), ProfileCache(Report()), NO_MESHES
+    )
     np.testing.assert_allclose(dome.world_from_light[:3, 1], [0, 0, 1], atol=1e-12)

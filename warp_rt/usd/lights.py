@@ -23,6 +23,7 @@ from warp_rt.scene import Dome, Light, LightKind, Shadow
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.dome_layouts import LAYOUTS
 from warp_rt.usd.ies import ProfileCache
+from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
 
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_FILTER = "W403"
@@ -33,6 +34,7 @@ IGNORED_PORTALS = "W410"
 DOME_LAYOUT = "W411"
 POINT_WITHOUT_AREA = "W412"
 INVALID_VALUE = "W413"
+MATERIAL_RESPONSE = "W414"
 FOREIGN_LIGHT = "W419"
 
 _KINDS = {
@@ -41,8 +43,11 @@ _KINDS = {
     "DiskLight": LightKind.DISK,
     "CylinderLight": LightKind.CYLINDER,
     "DistantLight": LightKind.DISTANT,
+    "Mesh": LightKind.MESH,
 }
 _FALLOFFS = ("inverseSquare", "none")
+_SYNC_MODE = "light:materialSyncMode"
+_TINTS = "materialGlowTintsLight"
 _DOMES = ("DomeLight", "DomeLight_1")
 # Names without the prefix "inputs:", which files older than USD 21 have and the schema now ignores.
 _OLD_NAMES = ("intensity", "exposure", "color", "normalize", "angle", "radius", "width", "height", "length")
@@ -77,6 +82,7 @@ def read_light(
     report: Report,
     images: Images,
     profiles: ProfileCache,
+    meshes: MeshLightReader,
 ) -> Light | Dome | None:
     """Return a light, or None, with a diagnostic, for one that cannot be drawn; None, too, for an invisible one.
 
@@ -87,14 +93,17 @@ def read_light(
         report: Takes diagnostics about what is ignored.
         images: Reads the texture of a dome or a rect light.
         profiles: Reads IES profiles.
+        meshes: Finds what shines of a mesh.
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
         return None
     kind = prim.GetTypeName()
     path = prim.GetPath()
-    if kind not in _KINDS and kind not in _DOMES:
+    mesh = meshes.read(prim) if kind == "Mesh" else None
+    if (kind not in _KINDS and kind not in _DOMES) or (kind == "Mesh" and mesh is None):
         name = "a light without a type" if not kind else f"a {kind} as a light"
-        report.warn(UNSUPPORTED_LIGHT, path, f"{name} is not supported; it gives no light")
+        why = "is not drawn" if kind == "Mesh" else "is not supported"
+        report.warn(UNSUPPORTED_LIGHT, path, f"{name} {why}; it gives no light")
         return None
     matrix = np.array(world_from_local, float)
     if not np.isfinite(matrix).all() or not _is_invertible(matrix):
@@ -104,7 +113,24 @@ def read_light(
     _report_ignored(prim, attributes, report)
     if kind in _DOMES:
         return _read_dome(prim, kind, matrix, attributes, report, images)
-    return _read_shape(prim, _KINDS[kind], matrix, attributes, report, images, profiles)
+    light = _read_shape(prim, _KINDS[kind], matrix, attributes, report, images, profiles, mesh)
+    if light is not None and mesh is not None:
+        _report_sync_mode(prim, attributes, report)
+    return light
+
+
+def _report_sync_mode(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
+    """Report a mode that would show the mesh otherwise than with its material."""
+    if attributes.token(_SYNC_MODE, _TINTS) == "noMaterialResponse":
+        message = "materialSyncMode noMaterialResponse is not supported: the mesh is drawn with its material"
+        report.warn(MATERIAL_RESPONSE, prim.GetPath(), message)
+
+
+def _mesh_area(matrix: np.ndarray, mesh: ShiningMesh) -> float:
+    """Return the area of a mesh light in world space."""
+    corners = mesh.triangles @ matrix[:3, :3].T
+    sides = corners[:, 1:] - corners[:, :1]
+    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
 
 
 def _is_invertible(matrix: np.ndarray) -> bool:
@@ -136,6 +162,7 @@ def _read_shape(
     report: Report,
     images: Images,
     profiles: ProfileCache,
+    mesh: ShiningMesh | None,
 ) -> Light | None:
     path = prim.GetPath()
     emission = _emission(attributes)
@@ -161,12 +188,14 @@ def _read_shape(
     elif kind == LightKind.DISTANT:
         divisor = _distant_divisor(angle) if is_normalized else 1.0
     else:
-        area = _world_area(kind, matrix, radius, width, height, length)
+        area = _mesh_area(matrix, mesh) if mesh else _world_area(kind, matrix, radius, width, height, length)
         if not 0 < area < math.inf:
             report.warn(INVALID_LIGHT, path, "has no area, so it gives no light; left out")
             return None
         divisor = area if is_normalized else 1.0
     radiance = emission / divisor
+    if mesh is not None and mesh.glow.any() and attributes.token(_SYNC_MODE, _TINTS) == _TINTS:
+        radiance = radiance * mesh.glow
     if not np.isfinite(radiance).all():
         report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
         return None
@@ -201,6 +230,8 @@ def _read_shape(
         shadow=_shadow(attributes),
         image=image,
         is_srgb=is_srgb,
+        triangles=mesh.triangles if mesh else None,
+        is_double_sided=mesh is not None and attributes.truth("doubleSided", False),
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,
     )

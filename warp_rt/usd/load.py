@@ -22,6 +22,7 @@ from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
+from warp_rt.usd.mesh_lights import MeshLightReader
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.motion import without_idle_shutters
 from warp_rt.usd.placement import Group, PlacedPrim
@@ -114,7 +115,10 @@ def load_stage(
             meshes, instances = without_unused(meshes, collections.geometry(instances, linking))
             linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
             placed_lights = collections.lights(placed_lights)
-        lights, domes = _read_lights(placed_lights, materials, linking, base, report)
+        shining = MeshLightReader(
+            meshes, instances, gprims.prims, materials.materials, materials.textures, materials.images
+        )
+        lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report)
         if collections is not None:
             domes = collections.domes(domes)
         cameras = _read_cameras(group, code, report)
@@ -197,6 +201,7 @@ def _read_lights(
     placed_lights: Sequence[PlacedPrim],
     materials: MaterialReader,
     linking: LinkReader,
+    shining: MeshLightReader,
     time: Usd.TimeCode,
     report: Report,
 ) -> tuple[list[Light], list[Dome]]:
@@ -205,7 +210,7 @@ def _read_lights(
     domes: list[Dome] = []
     for placed in placed_lights:
         try:
-            light = read_light(placed.prim, placed.matrix, time, report, materials, profiles)
+            light = read_light(placed.prim, placed.matrix, time, report, materials, profiles, shining)
             receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))
         except Tf.ErrorException as error:
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Mesh lights against the lights whose shape they have, and against quadrature over their triangles in float64."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warp_rt import Scene
+from warp_rt.scene import Light, LightKind
+
+from .scenes import lamp, looking, parallel, radiance, scene_of, square, whitted
+
+L = np.array([2.0, 1.0, 0.5])
+PLACES = [(0.2, 0.1), (1.5, -0.5), (-2.0, 1.0)]
+# The rectangle of a RectLight, seen from -Z counter-clockwise: it shines along -Z.
+RECT = np.float32([(-1, -1, 0), (-1, 1, 0), (1, 1, 0), (1, -1, 0)]) / 2
+TRIANGLES = np.stack([RECT[[0, 1, 2]], RECT[[0, 2, 3]]])
+
+
+def mesh(triangles: np.ndarray, matrix: np.ndarray, **more: object) -> Light:
+    return Light("/mesh", LightKind.MESH, matrix, tuple(L.tolist()), triangles=np.float32(triangles), **more)
+
+
+def floor(light: Light) -> Scene:
+    return scene_of(square(whitted(diffuse=1.0), half=20), lights=[light])
+
+
+def lit(light: Light, place: tuple[float, float], **options: object) -> np.ndarray:
+    return radiance(floor(light), parallel((*place, 10.0)), **options)
+
+
+def refined(triangles: np.ndarray, times: int) -> np.ndarray:
+    """Return triangles cut into four, a few times."""
+    for _ in range(times):
+        a, b, c = np.moveaxis(triangles, 1, 0)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = np.concatenate([np.stack(part, axis=1) for part in parts])
+    return triangles
+
+
+def ball(times: int = 3) -> np.ndarray:
+    """Return a ball of radius 1 made of triangles, from an octahedron, wound outwards."""
+    x, y, z = np.eye(3)
+    faces = [(s * x, t * y, u * z) for s in (1, -1) for t in (1, -1) for u in (1, -1)]
+    octahedron = np.array([f if np.linalg.det(np.array(f)) > 0 else f[::-1] for f in faces])
+    corners = refined(octahedron, times)
+    return corners / np.linalg.norm(corners, axis=2, keepdims=True)
+
+
+def quadrature(triangles: np.ndarray, matrix: np.ndarray, place: tuple[float, float]) -> float:
+    """Return E / pi of radiance 1 on the floor, from what faces the place: each triangle refined to small patches."""
+    corners = refined(triangles.astype(float), 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    to_light = corners.mean(axis=1) - (*place, 0.0)
+    d2 = (to_light**2).sum(axis=1)
+    seen = np.maximum(-(to_light * normal).sum(axis=1), 0.0) * np.maximum(to_light[:, 2], 0.0)
+    return float((seen / d2**2).sum()) / np.pi
+
+
+@pytest.mark.parametrize("samples", [0, 1024])
+@pytest.mark.parametrize("times", [0, 2])
+@pytest.mark.parametrize("place", PLACES)
+def test_a_rectangle_of_triangles_is_a_rect_light(place: tuple[float, float], times: int, samples: int) -> None:
+    matrix = looking((0.3, 0.2, -1.0), (0, 0, 2)) @ np.diag([1.5, 0.8, 1.0, 1.0])
+    light = mesh(refined(TRIANGLES, times), matrix)
+    rect = Light("/rect", LightKind.RECT, matrix, light.radiance)
+    expected = lit(rect, place)
+    np.testing.assert_allclose(lit(light, place, light_samples=samples), expected, rtol=5e-3 if samples else 2e-5)
+
+
+@pytest.mark.parametrize("mirror", [(1, 1, 1), (-1, 1, 1), (1, 1, -1)])
+def test_it_shines_outwards_also_when_mirrored(mirror: tuple) -> None:
+    """Mirrored along its normal a rect would shine the other way; a mesh's outside turns with it."""
+    matrix = looking((0, 0, -1), (0, 0, 2)) @ np.diag([*mirror, 1.0])
+    down, up = mesh(TRIANGLES, matrix), mesh(TRIANGLES[:, ::-1], matrix)
+    is_down = mirror[2] > 0
+    for samples in (0, 16):
+        assert (lit(down, (0.3, 0.1), light_samples=samples)[0] > 0) == is_down
+        assert (lit(up, (0.3, 0.1), light_samples=samples)[0] > 0) != is_down
+        both = [replace(one, is_double_sided=True) for one in (down, up)]
+        assert all(lit(one, (0.3, 0.1), light_samples=samples)[0] > 0 for one in both)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_ball_of_many_triangles(place: tuple[float, float]) -> None:
+    """512 triangles: sampled exactly; as a whole 64 patches of them, some of which face the place."""
+    matrix = np.diag([0.5, 0.5, 0.5, 1.0])
+    matrix[:3, 3] = (0, 0, 2)
+    light = mesh(ball(), matrix)
+    expected = L * quadrature(ball(), matrix, place)
+    np.testing.assert_allclose(lit(light, place, light_samples=4096), expected, rtol=0.01)
+    np.testing.assert_allclose(lit(light, place), expected, rtol=0.12)
+    sphere = lamp(LightKind.SPHERE, (0, 0, 2), L, radius=0.5)
+    np.testing.assert_allclose(expected, lit(sphere, place), rtol=0.02)
+
+
+@pytest.mark.parametrize("samples", [0, 64])
+def test_the_mesh_itself_does_not_shadow_its_light(samples: int) -> None:
+    """The ball is drawn where it shines."""
+    matrix = np.diag([0.5, 0.5, 0.5, 1.0])
+    matrix[:3, 3] = (0, 0, 2)
+    triangles = ball(2)
+    body = replace(
+        square(whitted()),
+        points=triangles.reshape(-1, 3),
+        faces=np.arange(triangles.size // 3).reshape(-1, 3),
+        world_from_local=matrix,
+    )
+    light = mesh(triangles, matrix)
+    alone = floor(light)
+    scene = scene_of(square(whitted(diffuse=1.0), half=20), body, lights=[light])
+    camera = parallel((3.0, 0.0, 0.5), (-2.0, 0.0, -0.5))
+    expected = radiance(alone, camera, light_samples=samples)
+    np.testing.assert_allclose(radiance(scene, camera, light_samples=samples), expected, rtol=1e-5)
+
+
+def test_cone_and_focus_shape_it() -> None:
+    """A cone of 20 degrees about -Z."""
+    light = mesh(TRIANGLES * np.float32(0.1), looking((0, 0, -1), (0, 0, 2)), cone_angle=np.radians(20))
+    for samples in (0, 16):
+        assert lit(light, (0.3, 0.1), light_samples=samples)[0] > 0
+        assert lit(light, (1.5, 0.1), light_samples=samples)[0] == 0

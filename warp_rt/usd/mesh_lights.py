@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Meshes that shine: their triangles, and how their material's glow tints the light.
+
+Reference: UsdLux MeshLightAPI, and LightAPI's ``light:materialSyncMode``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd
+
+from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, Shapes, Texture
+from warp_rt.srgb import linear_from_srgb
+
+
+@dataclass(frozen=True)
+class ShiningMesh:
+    """What a mesh gives the light that is applied to it."""
+
+    triangles: np.ndarray
+    """float32, shape [n, 3, 3], local space, wound as seen from outside."""
+    glow: np.ndarray
+    """Emission of its materials, the mean over its area: float64, shape [3]."""
+
+
+class MeshLightReader:
+    """Finds the meshes of mesh lights among those that are drawn.
+
+    Args:
+        meshes: All of the scene.
+        instances: Where they are placed.
+        prims: Path of each of their ``prim``.
+        materials: Rows of the instances' materials.
+        textures: Of the materials.
+        images: Of the textures.
+    """
+
+    def __init__(
+        self,
+        meshes: Sequence[Mesh | Shapes],
+        instances: Instances,
+        prims: Sequence[str],
+        materials: Sequence[Material],
+        textures: Sequence[Texture],
+        images: Sequence[Image],
+    ) -> None:
+        self._meshes = meshes
+        self._instances = instances
+        self._prims = prims
+        self._materials = materials
+        self._textures = textures
+        self._images = images
+
+    def read(self, prim: Usd.Prim) -> ShiningMesh | None:
+        """Return what shines of a mesh; None where it is not drawn."""
+        path = str(prim.GetPath())
+        rows = np.flatnonzero(np.isin(self._instances.prim, [k for k, name in enumerate(self._prims) if name == path]))
+        if not len(rows):
+            return None
+        mesh = self._meshes[self._instances.mesh[rows[0]]]
+        if not isinstance(mesh, Mesh):
+            return None
+        triangles = mesh.points[mesh.triangles]
+        area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+        slots = np.zeros(len(triangles), int) if mesh.material_slots is None else mesh.material_slots
+        table = self._instances.material_table[self._instances.material_offset[rows[0]] :]
+        share = np.bincount(slots, weights=area.astype(float))
+        glow = np.array([self._emission(self._materials[table[slot]]) for slot in range(len(share))])
+        return ShiningMesh(triangles, share @ glow / max(share.sum(), 1e-300))
+
+    def _emission(self, material: Material) -> np.ndarray:
+        source = material.inputs.get("emissiveColor")
+        if material.model != MaterialModel.PREVIEW or source is None:
+            return np.zeros(3)
+        return self._mean(source) if source.texture >= 0 else np.array(source.value[:3], float)
+
+    def _mean(self, source: Input) -> np.ndarray:
+        texture = self._textures[source.texture]
+        if texture.image < 0:
+            return np.array(texture.fallback[:3])
+        pixels = self._images[texture.image].pixels
+        color = pixels.reshape(-1, 4)[:, :3].astype(float) / (255.0 if pixels.dtype == np.uint8 else 1.0)
+        if texture.is_srgb:
+            color = linear_from_srgb(color)
+        mean: np.ndarray = color.mean(axis=0) * texture.scale[:3] + texture.bias[:3]
+        return np.repeat(mean[source.channel], 3) if 0 <= source.channel < 3 else mean
