@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Leaves of the tree over instances: their world boxes, and their records."""
+"""Leaves of the tree over instances: their world boxes."""
 
 import warp as wp
 
 from .bvh_build import measure_range
-from .bvh_structs import BuildRange, InstanceRecord, Reference
+from .bvh_structs import BuildRange, Reference
 from .constants import INSTANCE_ROUNDING, NODE_FLOATS, WIDTH
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -27,19 +27,19 @@ def refer_to_instances(
     boxes: wp.array2d[wp.vec3],
     nodes: wp.array[float],
     world_from_local: wp.array3d[wp.float64],
-    chunk_first: wp.array[int],
-    chunk_count: wp.array[int],
     first: int,
+    end: int,
+    chunk: int,
     references_out: wp.array[Reference],
     chunk_ranges_out: wp.array[BuildRange],
 ):
-    """Write the references of one chunk of instances, and the chunk's boxes.
+    """Write the references of one chunk of instances, from ``first`` to before ``end``, and the chunk's boxes.
 
+    Transforms are those of the chunk.
     Each world box contains all that float32 rays can hit of the instance. It is that of the boxes of the root's
     children, transformed one by one: smaller than the root's own box transformed, where that is turned.
     """
-    chunk = first + wp.tid()
-    for i in range(chunk_first[chunk], chunk_first[chunk] + chunk_count[chunk]):
+    for i in range(first, end):
         root = roots[tree[i]]
         lanes = wp.int32(WIDTH) if root >= 0 else 1
         world_low = wp.vec3d(wp.float64(wp.inf))
@@ -52,11 +52,11 @@ def refer_to_instances(
                 high = node_corner(nodes, root * NODE_FLOATS + 3 * WIDTH + lane)
             if low[0] <= high[0]:
                 for row in range(3):
-                    center = world_from_local[i, row, 3]
+                    center = world_from_local[i - first, row, 3]
                     half = wp.float64(0.0)
                     for k in range(3):
-                        center += world_from_local[i, row, k] * (low[k] + high[k]) * wp.float64(0.5)
-                        half += wp.abs(world_from_local[i, row, k]) * (high[k] - low[k]) * wp.float64(0.5)
+                        center += world_from_local[i - first, row, k] * (low[k] + high[k]) * wp.float64(0.5)
+                        half += wp.abs(world_from_local[i - first, row, k]) * (high[k] - low[k]) * wp.float64(0.5)
                     world_low[row] = wp.min(world_low[row], center - half)
                     world_high[row] = wp.max(world_high[row], center + half)
         growth = wp.float64(INSTANCE_ROUNDING) * wp.max(wp.max(wp.abs(world_low)), wp.max(wp.abs(world_high)))
@@ -67,28 +67,4 @@ def refer_to_instances(
         reference.low[3] = wp.cast(i, wp.float32)
         reference.high[3] = wp.cast(1, wp.float32)
         references_out[i] = reference
-    measure_range(references_out, chunk_first[chunk], chunk_count[chunk], chunk_ranges_out, chunk)
-
-
-@wp.kernel
-def write_transforms(
-    order: wp.array[int],
-    local_from_world: wp.array3d[wp.float64],
-    records_out: wp.array[InstanceRecord],
-):
-    """Write the transform of the record of each leaf, whose instance is ``order``'s."""
-    leaf = wp.tid()
-    i = order[leaf]
-    is_identity = int(1)
-    for column in range(4):
-        x = wp.float32(local_from_world[i, 0, column])
-        y = wp.float32(local_from_world[i, 1, column])
-        z = wp.float32(local_from_world[i, 2, column])
-        records_out[leaf].row_x[column] = x
-        records_out[leaf].row_y[column] = y
-        records_out[leaf].row_z[column] = z
-        if x != (1.0 if column == 0 else 0.0) or y != (1.0 if column == 1 else 0.0):
-            is_identity = 0
-        if z != (1.0 if column == 2 else 0.0):
-            is_identity = 0
-    records_out[leaf].is_identity = wp.int16(is_identity)
+    measure_range(references_out, first, end - first, chunk_ranges_out, chunk)

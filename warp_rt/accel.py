@@ -18,8 +18,8 @@ from warp_rt.jobs import as_warp
 from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, constants, shape_pack
 from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
 from warp_rt.mesh_trees import MeshTrees, build_mesh_trees, has_same_triangles, refit_mesh_trees
-from warp_rt.options import BUILDERS, INTERSECTORS
-from warp_rt.placement import Placement, place_scene
+from warp_rt.options import BUILDERS, INTERSECTORS, check_threads
+from warp_rt.placement import Placement, blocks, place_scene
 from warp_rt.scene import Mesh, Scene, Shapes, primitive_count
 from warp_rt.shape_trees import build_shape_trees
 from warp_rt.warp_setup import init_warp, load_module, resolve_device
@@ -157,8 +157,7 @@ def _has_primitives(scene: Scene) -> bool:
 
 def _prepare(threads: int | None) -> Workers:
     """Return the threads to build with, whose kernels are loaded."""
-    if threads is not None and threads < 1:
-        raise OptionError(f"threads: {threads} is less than 1")
+    check_threads(threads)
     init_warp()
     for module in (bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, shape_pack):
         load_module(module, "cpu")
@@ -288,10 +287,7 @@ def _place(
     placed = np.flatnonzero(tree >= 0).astype(np.int32)
     tree = tree[placed]
     roots = trees.roots
-    world_from_local, local_from_world = placement.world_from_local, placement.local_from_world
-    if len(placed) < len(scene.instances):
-        world_from_local, local_from_world = world_from_local[placed], local_from_world[placed]
-    references = refer_to_instances(tree, roots, trees.boxes, trees.nodes, world_from_local, workers)
+    references = refer_to_instances(tree, roots, trees.boxes, trees.nodes, placement, placed, workers)
     low, high = (references.array.numpy()[name][:, :3].copy() for name in ("low", "high"))
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         raise SceneError("instances: a transform takes geometry beyond the range of float32")
@@ -304,13 +300,8 @@ def _place(
     )
     order = list_leaf_primitives(top)
     instances = np.zeros(len(order), InstanceRecord.numpy_dtype())
-    wp.launch(
-        bvh_instances.write_transforms,
-        len(order),
-        inputs=[as_warp(order, wp.int32), as_warp(local_from_world, wp.float64)],
-        outputs=[as_warp(instances, InstanceRecord)],
-        device="cpu",
-    )
+    for rows in blocks(len(order)):
+        _write_transforms(instances[rows], placement.local_from_world(placed[order[rows]]).astype(np.float32))
     instances["kind"] = trees.kinds[tree[order]]
     instances["root"] = roots[tree[order]]
     instances["instance"] = placed[order]
@@ -331,6 +322,13 @@ def _place(
     root = int(top.layout.roots[0])
     layout = None if mesh_trees is None else mesh_trees.layout
     return _HostBvh(nodes, trees.leaves, trees.shapes, instances, root, stack_size, statistics, layout)
+
+
+def _write_transforms(records: np.ndarray, local_from_world: np.ndarray) -> None:
+    """Write transforms, float32, shape [n, 3, 4], into instance records."""
+    for row, name in enumerate(("row_x", "row_y", "row_z")):
+        records[name] = local_from_world[:, row]
+    records["is_identity"] = (local_from_world == np.eye(4, dtype=np.float32)[:3]).all(axis=(1, 2))
 
 
 def _empty(builder: str) -> _HostBvh:

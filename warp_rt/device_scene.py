@@ -21,7 +21,7 @@ from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.kernels.visibility import HOLDS_OUT
 from warp_rt.light_tables import LightTables
 from warp_rt.options import TEXTURE_FILTERS
-from warp_rt.placement import Placement, place_scene, relative_points
+from warp_rt.placement import Placement, blocks, place_scene, relative_points
 from warp_rt.scene import (
     MATERIAL_DEFAULTS,
     Dome,
@@ -209,8 +209,9 @@ def _primvar_of(mesh: Mesh | Shapes, name: str) -> Primvar | None:
 def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement, slots: dict[str, int]) -> None:
     instances = scene.instances
     table = np.zeros(len(instances), structs.InstanceData.numpy_dtype())
-    table["world_from_local"] = placement.world_from_local
-    table["local_from_world"] = placement.local_from_world
+    for block in blocks(len(instances)):
+        table["world_from_local"][block] = placement.world_from_local(block)
+        table["local_from_world"][block] = placement.local_from_world(block)
     table["mesh"] = instances.mesh
     table["material_offset"] = instances.material_offset
     table["prim"] = instances.prim

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -113,7 +113,7 @@ class Film:
     rays: RayCounts
     prims: tuple[str, ...] = ()
     """Path of each primId."""
-    instance_paths: tuple[str, ...] = ()
+    instance_paths: Sequence[str] = ()
     """Path of each instanceId."""
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     facts: Mapping[str, object] = field(default_factory=dict)

@@ -16,6 +16,7 @@ from warp_rt.jobs import Chunks, as_warp, host_array, launch_jobs, split_chunks
 from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
 from warp_rt.kernels.constants import LEAF_FLOATS, WIDTH
+from warp_rt.placement import Placement
 from warp_rt.workers import Workers
 
 BUILDERS = {
@@ -69,7 +70,8 @@ def refer_to_instances(
     roots: np.ndarray,
     boxes: np.ndarray,
     nodes: np.ndarray,
-    world_from_local: np.ndarray,
+    placement: Placement,
+    placed: np.ndarray,
     workers: Workers,
 ) -> References:
     """Return the references of one tree over instances: world boxes that contain all that float32 rays can hit.
@@ -79,24 +81,29 @@ def refer_to_instances(
         roots: int32, shape [tree_count], child codes of those trees.
         boxes: float32, shape [tree_count, 2, 3], their local boxes.
         nodes: Their nodes.
-        world_from_local: float64, shape [n, 3, 4].
+        placement: Their transforms.
+        placed: int32, shape [n], their rows there.
         workers: Threads to use.
     """
     count = np.array([len(tree)], np.int32)
     chunks = split_chunks(count)
     references = as_warp(host_array(len(tree), Reference.numpy_dtype()), Reference)
     chunk_ranges = np.empty(len(chunks.tree), BuildRange.numpy_dtype())
-    inputs = [
+    shared = [
         as_warp(tree, wp.int32),
         as_warp(roots, wp.int32),
         wp.array(np.ascontiguousarray(boxes, np.float32), dtype=wp.vec3, ndim=2, device="cpu", copy=False),
         as_warp(nodes, wp.float32),
-        as_warp(world_from_local, wp.float64),
-        as_warp(chunks.first, wp.int32),
-        as_warp(chunks.count, wp.int32),
     ]
-    outputs = [references, as_warp(chunk_ranges, BuildRange)]
-    launch_jobs(workers, bvh_instances.refer_to_instances, chunks.count, inputs, outputs)
+
+    def refer(chunk: int, _scratch: None) -> None:
+        first, end = int(chunks.first[chunk]), int(chunks.first[chunk] + chunks.count[chunk])
+        transforms = as_warp(placement.world_from_local(placed[first:end]), wp.float64)
+        inputs = [*shared, transforms, first, end, chunk]
+        outputs = [references, as_warp(chunk_ranges, BuildRange)]
+        wp.launch(bvh_instances.refer_to_instances, 1, inputs=inputs, outputs=outputs, device="cpu")
+
+    workers.map(refer, range(len(chunks.first)))
     return References(references, _tree_ranges(chunks, chunk_ranges, np.zeros(1, np.int32), count))
 
 

@@ -101,7 +101,7 @@ class RenderOptions:
         _number("threshold", self.threshold, 0.0, math.inf)
         _whole_number("light_samples", self.light_samples, 0, MAX_LIGHT_SAMPLES)
         _whole_number("seed", self.seed, 0, (1 << 31) - 1)
-        _whole_number("threads", self.threads, 1, 4096)
+        check_threads(self.threads)
         _whole_number("tile_size", self.tile_size, 1, MAX_SIZE)
         _number("time_limit", self.time_limit, 0.0, math.inf)
         _one_of("integrator", self.integrator, INTEGRATORS)
@@ -114,6 +114,15 @@ class RenderOptions:
         _color("ambient", self.ambient)
         _color("background", self.background)
         _crop(self.crop)
+
+
+def check_threads(threads: Any) -> None:
+    """Check a number of CPU threads; None is one a core.
+
+    Raises:
+        OptionError: It is no whole number from 1 to 4096.
+    """
+    _whole_number("threads", threads, 1, 4096)
 
 
 def check_depths(depths: Sequence[Any]) -> tuple[int, ...]:

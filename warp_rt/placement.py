@@ -8,45 +8,56 @@ from its own, keeps its digits.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rt.scene import Mesh, Scene, Shapes, local_bounds, point_bounds
+from warp_rt.scene import Instances, Mesh, Scene, Shapes, local_bounds, point_bounds
 
-_BLOCK = 4096  # instances at a time: what is computed on the way stays in the cache
+_BLOCK = 4096
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Coordinates of the device: local points relative to their mesh's origin, world points to the scene's."""
+    """Coordinates of the device: local points relative to their mesh's origin, world points to the scene's.
+
+    Transforms between them are computed as they are asked for: kept, they would take 192 bytes an instance.
+    """
 
     origin: np.ndarray
     """float64, shape [3], world space: ``Scene.origin()``."""
     mesh_origins: np.ndarray
     """float64, shape [mesh_count, 3], local space: zero but for meshes that lie far from their own origin."""
-    world_from_local: np.ndarray
-    """float64, shape [instance_count, 3, 4], between those relative coordinates."""
-    local_from_world: np.ndarray
-    """float64, shape [instance_count, 3, 4], its inverse."""
+    instances: Instances
+
+    def world_from_local(self, rows: slice | np.ndarray) -> np.ndarray:
+        """Return the transforms of some instances: float64, shape [n, 3, 4]."""
+        matrices = np.asarray(self.instances.world_from_local, float).reshape(-1, 4, 4)[rows, :3]
+        shift = np.einsum("nij,nj->ni", matrices[:, :, :3], self.mesh_origins[self.instances.mesh[rows]])
+        placed = matrices.copy()
+        placed[:, :, 3] = matrices[:, :, 3] + shift - self.origin
+        return placed
+
+    def local_from_world(self, rows: slice | np.ndarray) -> np.ndarray:
+        """Return the inverses of some instances' transforms: float64, shape [n, 3, 4]."""
+        forward = self.world_from_local(rows)
+        inverse = np.empty_like(forward)
+        inverse[:, :, :3] = _inverse(forward[:, :, :3])
+        inverse[:, :, 3] = -np.einsum("nij,nj->ni", inverse[:, :, :3], forward[:, :, 3])
+        return inverse
 
 
 def place_scene(scene: Scene) -> Placement:
     """Return the coordinates that a scene is uploaded in."""
-    origin = scene.origin()
     mesh_origins = np.array([_mesh_origin(mesh) for mesh in scene.meshes]).reshape(-1, 3)
-    mesh, matrices = scene.instances.mesh, np.asarray(scene.instances.world_from_local, float).reshape(-1, 4, 4)
-    world_from_local, local_from_world = (np.empty((len(mesh), 3, 4)) for _ in range(2))
-    for start in range(0, len(mesh), _BLOCK):
-        rows = slice(start, start + _BLOCK)
-        linear = matrices[rows, :3, :3]
-        shift = np.einsum("nij,nj->ni", linear, mesh_origins[mesh[rows]])
-        translation = matrices[rows, :3, 3] + shift - origin
-        inverse = _inverse(linear)
-        world_from_local[rows, :, :3], world_from_local[rows, :, 3] = linear, translation
-        local_from_world[rows, :, :3] = inverse
-        local_from_world[rows, :, 3] = -np.einsum("nij,nj->ni", inverse, translation)
-    return Placement(origin, mesh_origins, world_from_local, local_from_world)
+    return Placement(scene.origin(), mesh_origins, scene.instances)
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """Yield slices of so many instances that what is computed of them stays in the cache."""
+    for start in range(0, count, _BLOCK):
+        yield slice(start, min(start + _BLOCK, count))
 
 
 def relative_points(points: np.ndarray, mesh_origin: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import warp as wp
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
 from warp_rt.kernels import constants, query, query_group
+from warp_rt.options import check_threads
 from warp_rt.ray_order import sort_rays
 from warp_rt.ray_span import keep_ray_spans, take_ray_span
 from warp_rt.warp_setup import load_module
@@ -206,8 +207,7 @@ def _empty(count: int, dtype: Any, device: str) -> wp.array:
 
 def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array], threads: int | None) -> None:
     """Launch a query kernel over all rays."""
-    if threads is not None and threads < 1:
-        raise OptionError(f"threads: {threads} is less than 1")
+    check_threads(threads)
     if rays.count == 0:
         return
     arrays = [accel.table, rays.origins, rays.directions, rays.t_max]

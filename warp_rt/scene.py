@@ -508,7 +508,7 @@ class Scene:
     instances: Instances
     prims: tuple[str, ...] = ()
     """Path of each primId."""
-    instance_paths: tuple[str, ...] = ()
+    instance_paths: Sequence[str] = ()
     """Path of each instanceId: the native instance, or ``/Instancer[7]``."""
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     """Semantic labels: prim path to taxonomy to labels."""

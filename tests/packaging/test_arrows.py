@@ -17,7 +17,16 @@ ROOT = Path(__file__).resolve().parents[2]
 PARTS = {
     "base": ["errors", "report", "options"],
     "scene": [
-        *("scene", "displacement", "framing", "headlight", "light_shapes", "image_pyramid", "placement"),
+        *(
+            "scene",
+            "displacement",
+            "framing",
+            "headlight",
+            "instance_paths",
+            "light_shapes",
+            "image_pyramid",
+            "placement",
+        ),
         *("scene_source", "srgb", "stand_ins", "texture_values"),
     ],
     "subdivision": ["subdivision.*"],

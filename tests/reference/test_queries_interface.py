@@ -114,6 +114,7 @@ def test_one_ray_among_many_ends(accel: Accel) -> None:
         {"t_max": np.ones(3)},
         {"t_max": np.ones((4, 1))},
         {"threads": 0},
+        {"threads": 1.5},
         {"out": np.empty(4, np.float32)},
         {"out": np.empty(3, bool)},
         {"out": np.empty(8, bool)[::2]},
@@ -138,6 +139,6 @@ def test_kinds_of_arrays_are_not_mixed(accel: Accel) -> None:
 
 def test_build_options_are_checked() -> None:
     scene = Scene.from_arrays(*octasphere(1))
-    for change in ({"bvh": "octree"}, {"intersector": "guess"}, {"threads": 0}):
+    for change in ({"bvh": "octree"}, {"intersector": "guess"}, {"threads": 0}, {"threads": 1.5}):
         with pytest.raises(OptionError):
             warp_rt.build_accel(scene, **change)

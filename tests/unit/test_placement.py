@@ -18,11 +18,14 @@ def world_points(scene: Scene) -> np.ndarray:
 def check(scene: Scene) -> None:
     placement = place_scene(scene)
     local = relative_points(scene.meshes[0].points, placement.mesh_origins[0])
-    m = placement.world_from_local[0].astype(np.float32).astype(float)
+    m = placement.world_from_local(slice(1))[0].astype(np.float32).astype(float)
     world = local @ m[:, :3].T + m[:, 3]
     size = np.ptp(world_points(scene), axis=0).max()
     np.testing.assert_allclose(world + placement.origin, world_points(scene), atol=1e-6 * size)
-    full = [np.vstack([m, [0, 0, 0, 1]]) for m in (placement.world_from_local[0], placement.local_from_world[0])]
+    full = [
+        np.vstack([m, [0, 0, 0, 1]])
+        for m in (placement.world_from_local(slice(1))[0], placement.local_from_world(slice(1))[0])
+    ]
     np.testing.assert_allclose(full[0] @ full[1], np.eye(4), atol=1e-9)
 
 
@@ -31,7 +34,7 @@ def test_near_the_origin_nothing_moves() -> None:
     placement = place_scene(Scene.from_arrays(points, triangles))
     assert not placement.origin.any()
     assert not placement.mesh_origins.any()
-    np.testing.assert_array_equal(placement.world_from_local[0], np.eye(4)[:3])
+    np.testing.assert_array_equal(placement.world_from_local(slice(1))[0], np.eye(4)[:3])
 
 
 def test_far_from_the_world_origin() -> None:

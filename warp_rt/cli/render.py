@@ -76,5 +76,6 @@ def _shots(args: argparse.Namespace) -> list[Shot]:
     if args.output is not None:
         return plan_shots(args.frames, Path(args.output), args.aov or ("color",))
     is_sequence = args.frames is not None and len(parse_frames(args.frames)) > 1
-    name = f"{Path(args.scene).stem}{'.####' if is_sequence else ''}.png"
+    # Absolute, for a folder such as "." has no name of its own; that it is no stage is told where it is opened.
+    name = f"{Path(args.scene).absolute().stem}{'.####' if is_sequence else ''}.png"
     return plan_shots(args.frames, Path(name), args.aov or ("color",))

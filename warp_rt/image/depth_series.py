@@ -153,7 +153,7 @@ class _Difference:
     aovs: Mapping[str, np.ndarray]
     facts: Mapping[str, object]
     prims: tuple[str, ...] = ()
-    instance_paths: tuple[str, ...] = ()
+    instance_paths: Sequence[str] = ()
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     data_window: tuple[int, int, int, int] | None = None
     pixel_aspect_ratio: float = 1.0

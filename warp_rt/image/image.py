@@ -37,7 +37,7 @@ class FilmLike(Protocol):
         """Path of each primId."""
 
     @property
-    def instance_paths(self) -> tuple[str, ...]:
+    def instance_paths(self) -> Sequence[str]:
         """Path of each instanceId."""
 
     @property

@@ -47,7 +47,7 @@ class LinkReader:
         instances: Instances,
         prims: Sequence[str],
         tail_starts: Sequence[int],
-        names: tuple[str, ...],
+        names: Sequence[str],
         report: Report,
     ) -> None:
         self._stage = stage

@@ -46,6 +46,8 @@ DEFAULT_PURPOSES = ("default", "proxy")
 UNREADABLE = "W420"
 NOTHING_DRAWN = "N905"
 
+_BLOCK = 1 << 14  # instances at a time: what is computed on the way takes little memory
+
 
 def load_stage(
     path_or_stage: str | os.PathLike[str] | Usd.Stage,
@@ -169,7 +171,8 @@ def _without_collector() -> Iterator[None]:
 
 def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
     """Return the rows that can be drawn."""
-    kept = _drawable(group, gprims, report)
+    drawable = _drawable(group, gprims, report)
+    kept = drawable if len(drawable) < len(group) else slice(None)  # all: without a copy
     gprim = group.gprim[kept]
     sets = gprims.material_sets
     offsets = np.cumsum([0] + [len(materials) for materials in sets], dtype=np.int32)[:-1]
@@ -187,8 +190,12 @@ def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
 def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
     """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
     reach = np.nan_to_num(np.abs(local_boxes(gprims.meshes)).max(axis=(1, 2)))[gprims.mesh[group.gprim]]
+    extent = np.empty(len(group))
     with np.errstate(over="ignore", invalid="ignore"):
-        extent = np.abs(group.matrix[:, :3, :3]).sum(axis=(1, 2)) * reach + np.abs(group.matrix[:, :3, 3]).sum(axis=1)
+        for start in range(0, len(group), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            linear, offset = np.abs(group.matrix[rows, :3, :3]), np.abs(group.matrix[rows, :3, 3])
+            extent[rows] = linear.sum(axis=(1, 2)) * reach[rows] + offset.sum(axis=1)
     is_good = is_regular(group.matrix) & (extent <= MAX_COORDINATE)
     bad = gprims.prim[group.gprim[~is_good]]
     for prim, count in zip(*np.unique(bad, return_counts=True), strict=True):

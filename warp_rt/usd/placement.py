@@ -11,6 +11,7 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.errors import LimitError
+from warp_rt.instance_paths import JoinedPaths, NestedPaths
 from warp_rt.usd.gprims import Gprims
 from warp_rt.usd.primvars import Values, merge_width
 
@@ -38,7 +39,7 @@ class Group:
     """float64, shape [k, 4, 4], group from local."""
     name: np.ndarray
     """int32, shape [k], row of ``names``, or -1 for what belongs to the group's own instance."""
-    names: tuple[str, ...]
+    names: Sequence[str]
     """Paths of the instances within the group, relative to the path of what holds the group."""
     values: dict[str, np.ndarray]
     """Values that precede the mesh's primvar: float32, shape [k, c]; a row of NaN: none."""
@@ -142,12 +143,16 @@ class GroupBuilder:
                 names = [name for _, name, _ in copies]
                 values = {key: _stack_padded([inherited[key] for _, _, inherited in copies]) for key in copies[0][2]}
                 yield _copied(group, matrices, names, values, {}, gprims)
-        for batch in self._batches:
+        while self._batches:  # whose memory is free once they are copied
+            batch = self._batches.pop(0)
             group = batch[0].build(gprims)
             if not group.is_empty:
                 yield _copied(group, *batch[1:], gprims)
 
     def _joined(self, chunks: list[Group]) -> Group:
+        held = [chunk for chunk in chunks if not chunk.is_empty]
+        if len(held) == 1 and not (self._lights or self._cameras):
+            return held[0]
         counts = [len(chunk) for chunk in chunks]
         offsets = np.cumsum([0] + [len(chunk.names) for chunk in chunks])[:-1]
         return Group(
@@ -159,7 +164,7 @@ class GroupBuilder:
                     for chunk, offset in zip(chunks, offsets, strict=True)
                 ]
             ),
-            names=tuple(name for chunk in chunks for name in chunk.names),
+            names=JoinedPaths(chunk.names for chunk in chunks),
             values=_concatenated([chunk.values for chunk in chunks], counts),
             from_instancer={
                 key: np.concatenate([chunk.from_instancer.get(key, np.zeros(len(chunk), bool)) for chunk in chunks])
@@ -234,7 +239,7 @@ def _copied(
         gprim=np.tile(group.gprim, n),
         matrix=np.matmul(matrices[:, None], group.matrix[None]).reshape(-1, 4, 4),
         name=(np.arange(n)[:, None] * len(used) + local.reshape(-1)[None]).reshape(-1).astype(np.int32),
-        names=tuple(name + suffix for name in names for suffix in suffixes),
+        names=names if suffixes == [""] else NestedPaths(names, suffixes),
         values=values,
         from_instancer=from_instancer,
         lights=_copied_prims(group.lights, matrices, names),

@@ -19,6 +19,8 @@ BAD_ARRAY = "W120"
 BAD_PROTOTYPE = "W121"
 BAD_TRANSFORM = "W122"
 
+_BLOCK = 1 << 14  # rotations at a time: what is computed on the way takes little memory
+
 
 @dataclass(frozen=True)
 class PointInstances:
@@ -71,8 +73,11 @@ def read_point_instances(
         dropped = (is_shown & ~is_invertible).sum()
         report.warn(BAD_TRANSFORM, path, f"{dropped} instances left out: their transform is singular or not finite")
     kept = np.flatnonzero(is_shown & in_range & is_invertible)
-    values = {name: rows[kept] for name, rows in rows_by_instance(prim, count, time, report).items()}
-    return PointInstances(prototypes, kept, prototype[kept], matrices[kept], values)
+    values = rows_by_instance(prim, count, time, report)
+    if len(kept) < count:
+        prototype, matrices = prototype[kept], matrices[kept]
+        values = {name: rows[kept] for name, rows in values.items()}
+    return PointInstances(prototypes, kept, prototype, matrices, values)
 
 
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
@@ -107,7 +112,8 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
     if found > count:
         report.warn(BAD_ARRAY, path, f"{found} positions for {count} protoIndices: the first {count} count")
         positions = positions[:count]
-    matrices = np.tile(np.eye(4), (count, 1, 1))
+    matrices = np.empty((count, 4, 4))
+    matrices[:] = np.eye(4)
     matrices[:, :3, 3] = positions
     orientations = schema.GetOrientationsfAttr().Get(time) or schema.GetOrientationsAttr().Get(time)
     for name, value, width in (("orientations", orientations, 4), ("scales", schema.GetScalesAttr().Get(time), 3)):
@@ -118,7 +124,9 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
             held = type(value).__name__ if rows is None else len(rows)
             report.warn(BAD_ARRAY, path, f"{name} left out: {held} for {count} protoIndices")
         elif width == 4:
-            matrices[:, :3, :3] = rotation_matrices(rows)
+            for start in range(0, count, _BLOCK):
+                block = slice(start, start + _BLOCK)
+                matrices[block, :3, :3] = rotation_matrices(rows[block])
         else:
             matrices[:, :3, :3] *= rows[:, None, :]
     return matrices

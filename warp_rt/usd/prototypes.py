@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
+from warp_rt.instance_paths import NumberedPaths
 from warp_rt.report import Report
 from warp_rt.usd.bindings import read_bindings
 from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context, said_above
@@ -107,10 +108,11 @@ class Prototypes:
                 continue
             is_below = path.HasPrefix(prim.GetPath())
             inherited = context.constants if is_below else {}
+            is_only = len(chosen) == len(instances.matrices)
             builder.add_copies(
                 group,
-                context.matrix @ instances.matrices[chosen],
-                [f"{name}[{index}]" for index in instances.index[chosen]],
+                context.matrix @ (instances.matrices if is_only else instances.matrices[chosen]),
+                NumberedPaths(name, instances.index[chosen]),
                 {key: np.tile(value, (len(chosen), 1)) for key, value in inherited.items()},
                 {key: values[chosen] for key, values in instances.values.items()},
             )

@@ -18,6 +18,7 @@ BAD_TRANSFORM = "W105"
 
 _IDENTITY = Gf.Matrix4d(1)
 _PLAINLY = 1e-6  # of a box's volume: far above the limit of is_regular, whichever axes it measures
+_BLOCK = 1 << 14  # matrices at a time: what is computed on the way takes little memory
 _RESET = "!resetXformStack!"
 
 
@@ -93,6 +94,9 @@ def is_regular(matrices: np.ndarray) -> np.ndarray:
     Args:
         matrices: float64, shape [n, 4, 4].
     """
+    if len(matrices) > _BLOCK:
+        starts = range(0, len(matrices), _BLOCK)
+        return np.concatenate([is_regular(matrices[start : start + _BLOCK]) for start in starts])
     is_finite = np.isfinite(matrices).all(axis=(1, 2))
     axes = np.where(is_finite[:, None, None], matrices[:, :3, :3], 0.0)
     lengths = np.linalg.norm(axes, axis=1)
