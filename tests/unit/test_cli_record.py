@@ -160,8 +160,27 @@ def test_masks_and_session_layers(stage, capfd):
 
 
 def test_flags_without_effect_are_taken_and_unknown_renderers_refused(stage, capfd):
-    flags = ["--disableGpu", "--disableDrawMode", "--memstats", "--resolver", "root", "--traceToFile", "t.json"]
+    flags = ["--disableGpu", "--memstats", "--resolver", "root", "--traceToFile", "t.json"]
     assert record("wall.usda", "a.png", "-w", "8", *flags, "--traceFormat", "chrome", "-r", "whitted") == 0
     assert not (stage.parent / "t.json").exists()
     assert record("wall.usda", "a.png", "--renderer", "Storm") == 2
     assert "--renderer: there is no 'Storm'; there are whitted" in capfd.readouterr().err
+
+
+def test_draw_modes_are_obeyed_unless_disabled(tmp_path, monkeypatch):
+    """A ball that fills the middle of the picture, or its bounding box, which is empty there."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.usda").write_text(
+        """#usda 1.0
+        def Xform "m" (kind = "component"
+            prepend apiSchemas = ["GeomModelAPI"]) {
+            uniform token model:drawMode = "bounds"
+            def Sphere "s" {}
+        }
+        """
+    )
+    middle = []
+    for flags in ((), ("--disableDrawMode",)):
+        assert record("model.usda", "a.png", "-w", "33", *flags) == 0
+        middle.append(np.asarray(Image.open("a.png"))[12, 16, 3] > 0)
+    assert middle == [False, True]
