@@ -541,6 +541,17 @@ _MOVING_MESH = Fixture(
     }}
     """
 )
+_UNBOUND = Fixture(
+    """
+    def Sphere "p" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    }
+    def Material "M" { token outputs:surface.connect = </M/s.outputs:surface>
+        def Shader "s" { uniform token info:id = "UsdPreviewSurface"
+            token outputs:surface
+        }
+    }
+    """
+)
 _BOUND_TWICE = Fixture(
     """
     def RenderSettings "settings" {}
@@ -685,7 +696,7 @@ PROBES: dict[str, Probe] = {
     "ColorSpaceAPI.colorSpace:name": one("srgb_rec709_scene", given={"primvars:displayColor": [(0.5, 0.2, 0.1)]}),
     "MaterialBindingAPI.material:binding": one("/M", type_name="rel"),
     "MaterialBindingAPI.material:binding:full": one("/M", type_name="rel"),
-    "MaterialBindingAPI.material:binding:preview": one("/M", type_name="rel"),
+    "MaterialBindingAPI.material:binding:preview": one("/M", type_name="rel", fixture=_UNBOUND),
     "NodeDefAPI.info:id": Probe(("WhittedSurface", "NobodysSurface")),
     "NodeDefAPI.info:implementationSource": Probe(("sourceAsset", "sourceCode")),
     "Material.outputs:surface": one("/L.outputs:surface"),

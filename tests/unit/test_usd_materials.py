@@ -254,6 +254,22 @@ def test_binding(strength, prim, purpose, material):
     assert _read(BINDINGS % strength, prim, purpose=purpose)[0].path == material
 
 
+def test_a_material_for_previews_alone_is_drawn():
+    body = """
+def Mesh "Mesh" (apiSchemas = ["MaterialBindingAPI"]) {
+    rel material:binding:preview = </M>
+}
+def Material "M" {
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" {
+        uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+    }
+}
+"""
+    assert (_read(body)[0].path, _read(body)[2]) == ("/M", [])
+
+
 def test_binding_to_nothing_is_named():
     body = (
         'def Xform "P" (apiSchemas = ["MaterialBindingAPI"]) {\nrel material:binding = </Gone>\ndef Mesh "Mesh" {}\n}'

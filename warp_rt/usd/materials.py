@@ -104,6 +104,9 @@ class MaterialReader:
         if row is not None:
             return row
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(self._purpose)
+        if not material and self._purpose == UsdShade.Tokens.full:
+            # Bound for previews alone: what usdrecord draws, and nearer to what is meant than no material.
+            material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.preview)
         if not material:
             self._warn_dangling(prim)
             return self.display_color()
