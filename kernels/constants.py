@@ -275,3 +275,7 @@ GLOSS_SHARE = wp.constant(0.5)
 
 IMAGE_SHARE = wp.constant(0.5)
 """Part of the samples of a dome with an image that goes where it is bright; the rest goes by the cosine."""
+
+LIGHT_POINTS = wp.constant(64)
+"""Points of a light that stand for it where it counts as a whole and has no closed form: within 1 % under any focus,
+and in the mean at the edge of a cone; 4 microseconds a light and node."""

@@ -10,7 +10,6 @@ from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_END, SHADOW_LIMIT
 from .emission import is_seen_as_shape
 from .environment import dome_irradiance
-from .light import KIND_MESH, LightSample, sample_light
 from .material import (
     MODEL_PREVIEW,
     MODEL_WHITTED,
@@ -21,11 +20,9 @@ from .material import (
     unmirrored_scales,
 )
 from .observer import Observer, observed
-from .profile import profile_factor
 from .ray_counts import count_shadow
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
-from .sample_mesh import mesh_light
 from .sampling import branch_key, sequence_point, shuffle_index
 from .structs import FrameData, SceneData, ShadowData
 from .surface import Surface, make_surface, spawn_origin
@@ -43,6 +40,7 @@ from .tree_hooks import (
 )
 from .vector import max_component
 from .visibility import CASTS_SHADOW, holds, is_present
+from .whole_light import whole_light
 
 SHADOW_OPAQUE = wp.constant(0)
 SHADOW_AUTO = wp.constant(1)
@@ -226,13 +224,7 @@ def local_illumination(
                 scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
             )
             continue
-        arriving = LightSample()
-        if light.kind == KIND_MESH:
-            arriving = mesh_light(scene, light, surface.position)
-        else:
-            arriving = sample_light(light, surface.position)
-        if light.profile >= 0:
-            arriving.irradiance = arriving.irradiance * profile_factor(scene, light.profile, arriving.to_shadow)
+        arriving = whole_light(scene, light, surface.position, shading.n)
         cosine = wp.dot(shading.n, arriving.wi)
         if cosine > 0.0:
             visible = wp.vec3(1.0, 1.0, 1.0)

@@ -141,6 +141,8 @@ class LightData:
     half_z: wp.vec3
     cap: wp.float32
     """Distant: 1 - cos of half its angle."""
+    varies: wp.int32
+    """1 where its radiance is not the same from all points in all directions, or its shape not what its radius says."""
     has_falloff: wp.int32
     casts_shadow: wp.int32
     diffuse: wp.float32

@@ -13,6 +13,8 @@ from warp_rt.light_shapes import ellipse_circumference, ellipsoid_area
 from warp_rt.light_tables import LightTables
 from warp_rt.scene import Light, LightKind
 
+_EVEN = 1e-3  # transforms are float32 in many files
+
 
 def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[str, Any]:
     """Return the fields of ``kernels.structs.LightData``.
@@ -42,6 +44,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "half_x": half_axes[0],
         "half_y": half_axes[1],
         "half_z": half_axes[2],
+        "varies": _varies(light, lengths),
         "cap": 2.0 * np.sin(light.angle / 4) ** 2,
         "has_falloff": light.has_falloff,
         "casts_shadow": light.casts_shadow,
@@ -59,12 +62,25 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
     }
 
 
+def _varies(light: Light, lengths: np.ndarray) -> bool:
+    """Return whether a light's closed form is not that of its shape and radiance: only a sum over points is."""
+    shaped = light.focus > 0 or light.cone_angle < np.pi or light.profile is not None or light.image >= 0
+    axes = light.world_from_light[:3, :3] / np.where(lengths > 0, lengths, 1.0)
+    is_sheared = np.abs(axes.T @ axes - np.eye(3)).max() > _EVEN
+    if light.kind == LightKind.RECT:
+        return shaped
+    round_lengths = {LightKind.DISK: lengths[:2], LightKind.CYLINDER: lengths[1:]}.get(light.kind, lengths)
+    return bool(shaped or is_sheared or round_lengths.max() > round_lengths.min() * (1 + _EVEN))
+
+
 def _half_sizes(light: Light) -> np.ndarray:
     """Return half the extent of a light's shape along its own axes, shape [3]."""
     if light.kind == LightKind.RECT:
         return np.array([light.width / 2, light.height / 2, 0.0])
     if light.kind == LightKind.CYLINDER:
         return np.array([light.length / 2, light.radius, light.radius])
+    if light.kind == LightKind.DISK:
+        return np.array([light.radius, light.radius, 0.0])
     return np.full(3, light.radius)
 
 

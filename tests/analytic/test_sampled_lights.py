@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,53 @@ def test_distant_cones(degrees: float, tilt: float) -> None:
     else:
         expected = irradiance(light, np.zeros(3), UP, count=1024)[0] / np.pi
         assert got == pytest.approx(expected, rel=3e-3)
+
+
+# --- the same lights as a whole, without noise
+
+
+@pytest.mark.parametrize("shaping", SHAPINGS)
+@pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
+def test_floors_under_whole_lights(kind: LightKind, shaping: str) -> None:
+    """Closed forms, the cylinder's to 0.1 %; where shaping varies over the light, sums over fixed points of it, to 1 %
+    but where the edge of a cone cuts through the light: there to two points out of 64."""
+    light = lamp(kind, ABOVE, (2.0, 1.0, 0.5), direction=ASIDE, **SHAPES[kind], **SHAPINGS[shaping])
+    film = floor_film(light, samples=0)
+    expected = np.array([irradiance(light, np.array([x, y, 0]), UP, count=144) for y in -CENTERS for x in CENTERS])
+    got = film.color.reshape(-1, 3) * np.pi
+    if shaping == "plain":
+        np.testing.assert_allclose(got, expected, rtol=1e-3)
+        return
+    whole = np.array(
+        [
+            irradiance(dataclasses.replace(light, cone_angle=np.pi), np.array([x, y, 0]), UP, count=64)
+            for y in -CENTERS
+            for x in CENTERS
+        ]
+    )
+    is_cut = light.cone_angle < np.pi
+    np.testing.assert_allclose(got.mean(0), expected.mean(0), rtol=0.03 if is_cut else 0.01)
+    assert (np.abs(got - expected) <= 0.01 * expected + 2 / 64 * whole).all()
+
+
+@pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
+def test_whole_lights_under_uneven_scales_and_on_the_horizon(kind: LightKind) -> None:
+    lights = [
+        Light("/lamp", kind, placed(ABOVE, ASIDE, (0.4, 1.6, 0.7)), (1.0, 1.0, 1.0), **SHAPES[kind]),
+        Light("/lamp", kind, placed(ABOVE, ASIDE, SHEAR), (1.0, 1.0, 1.0), **SHAPES[kind]),
+        lamp(kind, (0.0, 3.2, 0.2), direction=(0, -1, -0.2), **SHAPES[kind]),
+    ]
+    for light in lights:
+        film = floor_film(light, samples=0)
+        expected = np.array([irradiance(light, np.array([x, y, 0]), UP, count=144) for y in -CENTERS for x in CENTERS])
+        np.testing.assert_allclose(film.color.reshape(-1, 3) * np.pi, expected, rtol=0.02, atol=0.01 * expected.max())
+
+
+@pytest.mark.parametrize("degrees", [60.0, 150.0, 300.0])
+def test_whole_distant_lights_on_the_horizon(degrees: float) -> None:
+    light = Light("/sun", LightKind.DISTANT, looking((1, 0, -0.3)), (1.0, 1.0, 1.0), angle=np.radians(degrees))
+    expected = irradiance(light, np.zeros(3), UP, count=512)[0] / np.pi
+    assert floor_film(light, samples=0, across=1).color[0, 0, 0] == pytest.approx(expected, rel=0.02)
 
 
 # --- shadows
