@@ -5,6 +5,7 @@
     python -m benchmarks references OUT                    all stages whose camera is authored
     python -m benchmarks references OUT --framed           and those that OpenUSD's programs framed
     python -m benchmarks references OUT --only test_0202 --only Nurbs
+    python -m benchmarks references OUT --gallery          and the pictures of docs/gallery.md
 
 The pairs are those of corpora/references.tsv in the test data (WARP_RT_TEST_DATA): Arnold's of arnold-usd's tests,
 Storm's of OpenUSD's, usdrecord's of usd-wg's assets. Each stage is rendered at its picture's size and frame, by the
@@ -44,12 +45,24 @@ from warp_rt.shutter import render_frame
 
 from .command import make_parser
 from .meshes import find_test_data
+from .results import ROOT
 
 GOAL = 0.98
 SAMPLES = 16  # a pixel
 BACKGROUND_STEPS = 3  # 8-bit steps within which a pixel has the background's colour
 CELL, COLUMNS, ROWS, LABEL = (160, 120), 3, 8, 24  # of a sheet: pairs side by side, and one below the other [pixel]
 FRAMING = "/__warp_rt_reference_camera"
+# Pictures of docs/gallery.md, by a part of the reference's path.
+GALLERY = {
+    "test_1352/": "crowd",
+    "test_2231/": "velocities",
+    "test_2544/": "shutter",
+    "TetMesh_000": "tetrahedra",
+    "NurbsPatch_001": "nurbs",
+    "Sphere_010": "sphere",
+}
+GALLERY_FOLDER = ROOT / "docs" / "images" / "gallery"
+GALLERY_WIDTH = 320  # of the reference and of ours [pixel]
 
 
 @dataclass(frozen=True)
@@ -94,6 +107,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("out", type=Path, help="folder for the table, pictures and sheets")
     parser.add_argument("--framed", action="store_true", help="also what OpenUSD's programs framed")
     parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="pictures whose path has TEXT")
+    parser.add_argument("--gallery", action="store_true", help="also the pictures of docs/gallery.md")
     chosen = parser.parse_args(arguments)
     table = find_test_data("corpora/references.tsv")
     if table is None:
@@ -106,6 +120,8 @@ def main(arguments: Sequence[str]) -> None:
     results.sort(key=lambda result: (not math.isnan(result.overlap), result.overlap))
     write_table(chosen.out / "references.tsv", results)
     write_sheets(corpora, chosen.out, results)
+    if chosen.gallery:
+        write_gallery(corpora, chosen.out, results)
     print(summary(results))
 
 
@@ -188,11 +204,13 @@ def compare(corpora: Path, pair: Pair, pictures: Path) -> Result:
     """Render a stage as its reference was, and compare the silhouettes."""
     start = time.perf_counter()
     try:
+        with PillowImage.open(corpora / pair.image) as image:
+            width, height = image.size
+        picture = render_pair(corpora, pair, (height, width))
+        picture.save(pictures / _name(pair))
         theirs, is_opaque = read_coverage(corpora, pair)
-        picture = render_pair(corpora, pair, theirs.shape)
     except (WarpRtError, OSError, ValueError) as error:
         return Result(pair, math.nan, math.nan, math.nan, time.perf_counter() - start, " ".join(str(error).split()))
-    picture.save(pictures / _name(pair))
     ours = picture.alpha > (0 if is_opaque else 0.5)
     either = (theirs | ours).sum()
     overlap = float((theirs & ours).sum() / either) if either else 1.0
@@ -321,14 +339,31 @@ def write_sheets(corpora: Path, out: Path, results: Sequence[Result]) -> None:
         sheet.save(out / f"sheet_{number // per_sheet:02}.png")
 
 
+def write_gallery(corpora: Path, out: Path, results: Sequence[Result]) -> None:
+    """Write reference and ours side by side, for the documents."""
+    GALLERY_FOLDER.mkdir(parents=True, exist_ok=True)
+    for result in results:
+        for part, name in GALLERY.items():
+            if part in result.pair.image:
+                pair = _parts(corpora, out, result)[:2]
+                height = round(GALLERY_WIDTH * pair[0].height / pair[0].width)
+                both = PillowImage.new("RGB", (2 * GALLERY_WIDTH + 4, height), (64, 64, 64))
+                for column, picture in enumerate(pair):
+                    scaled = picture.resize((GALLERY_WIDTH, height), PillowImage.Resampling.LANCZOS)
+                    both.paste(scaled, (column * (GALLERY_WIDTH + 4), 0), scaled)
+                both.save(GALLERY_FOLDER / f"{name}.png", optimize=True)
+
+
 def _parts(corpora: Path, out: Path, result: Result) -> list[PillowImage.Image]:
     with PillowImage.open(corpora / result.pair.image) as image:
         parts = [image.convert("RGBA")]
     ours = out / "pictures" / _name(result.pair)
-    if math.isnan(result.overlap) or not ours.is_file():
+    if not ours.is_file():
         return parts
     with PillowImage.open(ours) as image:
         parts.append(image.convert("RGBA"))
+    if math.isnan(result.overlap):
+        return parts
     theirs, is_opaque = read_coverage(corpora, result.pair)
     ours = np.asarray(parts[1])[..., 3] > (0 if is_opaque else 127)
     both = 0.6 * (theirs & ours)
