@@ -174,11 +174,11 @@ TUBE_FLATNESS = wp.constant(0.0625)
 """Second difference of control points, by the radius, below which a piece of a tube counts as straight. The chord is
 then off by less than 5 % of the radius, and t, which errs by the square, by less than 0.1 % of it."""
 
-TUBE_STEPS = wp.constant(3)
-"""Steps of Newton's method for u."""
+TUBE_STEPS = wp.constant(12)
+"""Steps for u at most. Three of Newton's do, but where a ray runs along the tube and grazes it."""
 
-TUBE_MARGIN = wp.constant(0.0625)
-"""Part of a straight piece of a tube that its neighbours look at too."""
+TUBE_NEAR = wp.constant(2.0**-10)
+"""Part of a straight piece of a tube below which a step for u ends the search: t errs by the square of it."""
 
 TUBE_DEPTH = wp.constant(8)
 """Halvings of a tube's piece after which it counts as straight in any case: 2^-16 of the bend that it began with."""

@@ -5,12 +5,12 @@
 In the frame of the ray the ball at parameter u has the centre (x, y, z) and the radius r, all cubics in u. The ray
 meets it first at z - sqrt(r^2 - x^2 - y^2), wherever the root is real: where it meets the tube is the least of these
 over u, a minimum in one variable. Pieces that halving makes straight give a guess in closed form, which Newton's
-method improves.
+method improves between bounds that hold the minimum.
 """
 
 import warp as wp
 
-from .constants import TUBE_DEPTH, TUBE_FLATNESS, TUBE_MARGIN, TUBE_STEPS
+from .constants import TUBE_DEPTH, TUBE_FLATNESS, TUBE_NEAR, TUBE_STEPS
 from .vector import perpendicular_frame
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -76,32 +76,105 @@ def straight_minimum(start: wp.vec4, change: wp.vec4) -> float:
 
 
 @wp.func
-def improved_minimum(c0: wp.vec4, c1: wp.vec4, c2: wp.vec4, c3: wp.vec4, u: float, size: float) -> float:
-    """Return a better parameter for where z - sqrt(r^2 - x^2 - y^2) is least, ``size`` being that of a straight piece.
+def tube_slope(c0: wp.vec4, c1: wp.vec4, c2: wp.vec4, c3: wp.vec4, u: float) -> wp.vec4:
+    """Return h, its derivative, g and z at u, where h has the sign of the slope of z - sqrt(g), g = r^2 - x^2 - y^2.
 
-    A step of Newton's method for z' sqrt(g) - g' / 2 = 0, g being what stands under the root; where the root is not
-    real, the minimum of the tangent.
+    h is z' sqrt(g) - g' / 2; where the root is not real, -g' / 2, which is negative where g rises.
     """
     at = bezier_blossom(c0, c1, c2, c3, u, u, u)
     first = bezier_derivative(c0, c1, c2, c3, u)
+    second = bezier_second_derivative(c0, c1, c2, c3, u)
     g = at[3] * at[3] - at[0] * at[0] - at[1] * at[1]
+    half_g1 = at[3] * first[3] - at[0] * first[0] - at[1] * first[1]
+    half_g2 = (
+        first[3] * first[3]
+        - first[0] * first[0]
+        - first[1] * first[1]
+        + at[3] * second[3]
+        - at[0] * second[0]
+        - at[1] * second[1]
+    )
+    h = -half_g1
+    slope = -half_g2
     if g > 0.0:
-        second = bezier_second_derivative(c0, c1, c2, c3, u)
         root = wp.sqrt(g)
-        half_g1 = at[3] * first[3] - at[0] * first[0] - at[1] * first[1]
-        half_g2 = (
-            first[3] * first[3]
-            - first[0] * first[0]
-            - first[1] * first[1]
-            + at[3] * second[3]
-            - at[0] * second[0]
-            - at[1] * second[1]
-        )
-        slope = second[2] * root + first[2] * half_g1 / root - half_g2
-        if slope > 0.0:
-            return u - (first[2] * root - half_g1) / slope
-    tangent = first * size
-    return u + size * (straight_minimum(at - tangent * 0.5, tangent) - 0.5)
+        h += first[2] * root
+        slope += second[2] * root + first[2] * half_g1 / root
+    return wp.vec4(h, slope, g, at[2])
+
+
+@wp.func
+def tube_minimum(
+    c0: wp.vec4,
+    c1: wp.vec4,
+    c2: wp.vec4,
+    c3: wp.vec4,
+    low: float,
+    high: float,
+    guess: float,
+    is_start: bool,
+    is_end: bool,
+) -> wp.vec2:
+    """Return the least z - sqrt(r^2 - x^2 - y^2) of a piece, and where it is; z = inf: the piece has none.
+
+    Where the function falls at one joint of the pieces and rises at the next one, or is not real there, the minimum is
+    between them. All pieces judge a joint alike, so that none is lost by both its neighbours, however near to a joint,
+    to another one or to the rim of what the ray sees of the tube it lies. Between those bounds Newton's method goes on,
+    and halving where a step would leave them.
+
+    Args:
+        c0: First control point in the frame of the ray.
+        c1: Second control point.
+        c2: Third control point.
+        c3: Last control point.
+        low: Where the piece begins.
+        high: Where it ends.
+        guess: Where it may be.
+        is_start: Whether the tube begins here, so that the function may be least without rising before.
+        is_end: Whether it ends here.
+    """
+    found = wp.vec2(wp.inf, guess)
+    at_low = tube_slope(c0, c1, c2, c3, low)
+    at_high = tube_slope(c0, c1, c2, c3, high)
+    if at_low[2] >= 0.0 and at_low[0] >= 0.0:
+        if is_start:
+            found = wp.vec2(at_low[3] - wp.sqrt(at_low[2]), low)
+        return found
+    if at_high[2] >= 0.0 and at_high[0] <= 0.0:
+        if is_end:
+            found = wp.vec2(at_high[3] - wp.sqrt(at_high[2]), high)
+        return found
+    near = (high - low) * TUBE_NEAR
+    is_low_real = at_low[2] >= 0.0
+    is_high_real = at_high[2] >= 0.0
+    u = wp.clamp(guess, low, high)
+    step = int(0)
+    while step < TUBE_STEPS:
+        here = tube_slope(c0, c1, c2, c3, u)
+        is_real = here[2] >= 0.0
+        is_falling = here[0] < 0.0
+        if is_real:
+            z = here[3] - wp.sqrt(here[2])
+            if z < found[0]:
+                found = wp.vec2(z, u)
+        elif is_low_real or is_high_real:
+            is_falling = is_high_real
+        if is_falling:
+            low = u
+            is_low_real = is_low_real or is_real
+        else:
+            high = u
+            is_high_real = is_high_real or is_real
+        following = 0.5 * (low + high)
+        if here[1] > 0.0 and (is_real or not (is_low_real or is_high_real)):
+            newton = u - here[0] / here[1]
+            if newton > low and newton < high:
+                following = newton
+        step += 1
+        if wp.abs(following - u) <= near:
+            step = TUBE_STEPS
+        u = following
+    return found
 
 
 @wp.func
@@ -179,24 +252,11 @@ def intersect_tube(
         if is_box_of_balls_met(q0, q1, q2, q3, best):
             bend = wp.max(second_difference(q0, q1, q2), second_difference(q1, q2, q3))
             if bend <= TUBE_FLATNESS * -least(-q0[3], -q1[3], -q2[3], -q3[3]) or level >= TUBE_DEPTH:
-                # Beyond its ends by a margin, so that a minimum at a joint is lost by neither neighbour.
-                low = a - size * TUBE_MARGIN
-                high = b + size * TUBE_MARGIN
-                if is_start:
-                    low = wp.max(low, 0.0)
-                if is_end:
-                    high = wp.min(high, 1.0)
-                u = a + size * straight_minimum(q0, q3 - q0)
-                for _step in range(wp.int32(TUBE_STEPS)):  # a loop, not copies
-                    u = wp.clamp(improved_minimum(c0, c1, c2, c3, u, size), low, high)
-                here = bezier_blossom(c0, c1, c2, c3, u, u, u)
-                inside = here[3] * here[3] - here[0] * here[0] - here[1] * here[1]
-                is_mine = (u > low or low == 0.0) and (u < high or high == 1.0)
-                if is_mine and inside >= 0.0 and here[3] > 0.0:
-                    s = here[2] - wp.sqrt(inside)
-                    if s >= 0.0 and s < best:
-                        best = s
-                        found = wp.vec2(s / speed, u)
+                guess = a + size * straight_minimum(q0, q3 - q0)
+                here = tube_minimum(c0, c1, c2, c3, a, b, guess, a == 0.0 and is_start, b == 1.0 and is_end)
+                if here[0] >= 0.0 and here[0] < best:
+                    best = here[0]
+                    found = wp.vec2(here[0] / speed, here[1])
             else:
                 is_done_here = False
         if is_done_here:
