@@ -31,13 +31,13 @@ class Hits:
     t: Any
     """float32, in units of the direction's length; inf where the ray hits nothing."""
     triangle: Any
-    """int32, row of the mesh's triangles; -1 where the ray hits nothing."""
+    """int32, row of the mesh's triangles, or of its ``Shapes``; -1 where the ray hits nothing."""
     instance: Any
     """int32, row of the scene's instances; -1 where the ray hits nothing."""
     u: Any
-    """float32, weight of the triangle's second vertex."""
+    """float32, weight of the triangle's second vertex; along a shape, from its first control point, 0, to its last, 1."""
     v: Any
-    """float32, weight of its third."""
+    """float32, weight of its third; of a frustum the part, 0 its side, 1 its first and 2 its last cap; else 0."""
 
 
 _GROUP_KERNELS = {

@@ -174,6 +174,21 @@ def test_rays_past_shapes_keep_the_triangle_that_they_meet(kind: ShapeKind) -> N
     np.testing.assert_allclose((1 - u - v) * p0 + u * p1 + v * p2, expected, atol=1e-5)
 
 
+def test_where_along_a_shape_a_hit_is() -> None:
+    """u runs from the first control point to the last; v is a frustum's part: side, first cap, last cap."""
+    ends = np.array([[(0, 0, 0), (0, 0, 4)]], np.float32)
+    frustum = Shapes(ShapeKind.FRUSTUM, ends, np.ones((1, 2), np.float32))
+    origins, directions = [(5, 0, 1), (0, 0, -3), (0, 0, 9)], [(-1, 0, 0), (0, 0, 1), (0, 0, -1)]
+    hits = closest_hit(build_accel(scene_of(frustum), device="cpu"), origins, directions)
+    np.testing.assert_allclose(hits.u, [0.25, 0, 1], atol=1e-6)
+    np.testing.assert_array_equal(hits.v, [0, 1, 2])
+    line = np.array([[(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]], np.float32)
+    tube = Shapes(ShapeKind.CUBIC_TUBE, line, np.full((1, 4), 0.1, np.float32), is_closed=False)
+    hits = closest_hit(build_accel(scene_of(tube), device="cpu"), [(0.75, 0, 5)], [(0, 0, -1)])
+    np.testing.assert_allclose(hits.u, [0.25], atol=1e-3)
+    np.testing.assert_array_equal(hits.v, [0])
+
+
 def test_meshes_and_shapes_stand_in_one_scene() -> None:
     square = Mesh(np.float32([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]), np.int32([[0, 1, 2], [0, 2, 3]]))
     ball = Shapes(ShapeKind.SPHERE, np.float32([[[0, 0, 0]]]), np.float32([[1]]))
