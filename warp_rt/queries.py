@@ -35,7 +35,7 @@ class Hits:
     instance: Any
     """int32, row of the scene's instances; -1 where the ray hits nothing."""
     u: Any
-    """float32, weight of the triangle's second vertex; along a shape, from its first control point, 0, to its last, 1."""
+    """float32, weight of the triangle's second vertex; of a shape, 0 at its first control point, 1 at its last."""
     v: Any
     """float32, weight of its third; of a frustum the part, 0 its side, 1 its first and 2 its last cap; else 0."""
 
