@@ -119,7 +119,10 @@ def hand_down(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeC
         report: Takes the diagnostics.
     """
     primvars = None
-    if authored.primvars:
+    has_heirs = authored.primvars and (
+        prim.IsInstance() or prim.GetTypeName() == "PointInstancer" or prim.GetFilteredChildren(here.predicate)
+    )
+    if has_heirs:
         primvars = UsdGeom.PrimvarsAPI(prim).FindIncrementallyInheritablePrimvars(list(here.primvars))
     bindings = extend_bindings(here.bindings, prim, authored.bindings)
     if not primvars:
