@@ -67,7 +67,7 @@ def is_seen_as_shape(light: wp.ref[LightData]) -> bool:
     return has_extent(light) and light.kind != KIND_DISTANT and light.kind != KIND_MESH
 
 
-@wp.func
+@wp.func(inline=False)
 def nearest_light(
     scene: wp.ref[SceneData], origin: wp.vec3, direction: wp.vec3, t_max: float, sender: int
 ) -> SeenLight:

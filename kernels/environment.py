@@ -63,7 +63,7 @@ def dome_radiance_seen(
 
 
 @wp.func
-def dome_irradiance(scene: wp.ref[SceneData], dome: DomeData, normal: wp.vec3) -> wp.vec3:
+def dome_irradiance(scene: wp.ref[SceneData], dome: wp.ref[DomeData], normal: wp.vec3) -> wp.vec3:
     """Return a dome's cosine-weighted, unoccluded irradiance of a surface with unit world ``normal``."""
     if dome.irradiance_offset < 0:
         return dome.radiance * wp.pi

@@ -65,7 +65,7 @@ def triangle_irradiance(triangle: LightTriangle, position: wp.vec3) -> wp.vec3:
     return 0.5 * (edge_irradiance(a, b) + edge_irradiance(b, c) + edge_irradiance(c, a))
 
 
-@wp.func
+@wp.func(inline=False)
 def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3) -> LightSample:
     """Return how a mesh light reaches a point as a whole, what of it faces the point, and nothing in between.
 

@@ -24,7 +24,7 @@ from .ray_counts import count_shadow
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
 from .sampling import branch_key, sequence_point, shuffle_index
-from .structs import FrameData, SceneData, ShadowData
+from .structs import DomeData, FrameData, LightData, SceneData, ShadowData
 from .surface import Surface, make_surface, spawn_origin
 from .tree_hooks import (
     tell_blocked,
@@ -52,8 +52,9 @@ LIGHT_BRANCH = wp.constant(8)
 @wp.func
 def casts_shadow(scene: wp.ref[SceneData], casters: int, instance: int) -> bool:
     """Return whether an instance casts shadows, for a light of whose casters ``casters`` is the first word."""
-    if scene.has_hidden != 0 and not is_present(scene, instance, CASTS_SHADOW):
-        return False
+    if scene.has_hidden != 0:  # Warp's ``and`` computes both of its sides
+        if not is_present(scene, instance, CASTS_SHADOW):
+            return False
     return holds(scene.links, casters, instance)
 
 
@@ -188,6 +189,70 @@ def sampled_illumination(
     return result
 
 
+@wp.func
+def is_sampled(frame: wp.ref[FrameData], light: wp.ref[LightData]) -> bool:
+    """Return whether samples of a light are taken."""
+    if frame.light_samples == 0:
+        return False
+    return has_extent(light)
+
+
+@observed
+def whole_illumination(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    light: wp.ref[LightData],
+    row: int,
+    depth: int,
+    counts: wp.array[wp.int64],
+    observer: Observer,
+) -> wp.vec3:
+    """Return what a light as a whole adds to I_local, with one shadow ray, where N.L > 0."""
+    arriving = whole_light(scene, light, surface.position, shading.n)
+    cosine = wp.dot(shading.n, arriving.wi)
+    term = wp.vec3(0.0, 0.0, 0.0)
+    if cosine <= 0.0:
+        tell_dark_light(observer, row, cosine)
+        return term
+    visible = wp.vec3(1.0, 1.0, 1.0)
+    if light.casts_shadow != 0:
+        count_shadow(counts, depth)
+        tell_shadow_ray(observer)
+        mode = frame.shadow_mode
+        reach = arriving.distance
+        visible = shadow_ray(scene, accel, mode, light.shadow, stack, surface, arriving.to_shadow, reach, observer)
+    light_color = arriving.irradiance * (1.0 / wp.pi)
+    scales = wp.vec3(light.diffuse, light.specular, light.specular)
+    if frame.lights_visible != 0:
+        if is_seen_as_shape(light):
+            scales = unmirrored_scales(shading, light.diffuse, light.specular)
+    if max_component(visible) > 0.0:
+        term = wp.cw_mul(wp.cw_mul(visible, light_color), eval_response(shading, arriving.wi, scales))
+    tell_light(observer, row, light.casts_shadow, scales, arriving, shading, light_color, visible, term)
+    return term
+
+
+@observed
+def whole_dome(
+    scene: wp.ref[SceneData], shading: wp.ref[Shading], dome: wp.ref[DomeData], row: int, observer: Observer
+) -> wp.vec3:
+    """Return what a dome as a whole, unshadowed, adds to what is diffuse, and to what is glossy but no mirror."""
+    diffuse = wp.cw_mul(shading.diffuse, dome_irradiance(scene, dome, shading.n)) * (dome.diffuse / wp.pi)
+    if shading.model == MODEL_PREVIEW:
+        cosine = wp.dot(shading.n, shading.wo)
+        diffuse = wp.cw_mul(diffuse, diffuse_albedo(shading.specular, shading.specular_grazing, cosine))
+    glossy = wp.vec3(0.0, 0.0, 0.0)
+    if max_component(shading.gloss) > 0.0:
+        mirrored = 2.0 * wp.dot(shading.n, shading.wo) * shading.n - shading.wo
+        glossy = wp.cw_mul(shading.gloss, dome_irradiance(scene, dome, mirrored)) * (dome.specular / wp.pi)
+    tell_dome(observer, row, diffuse, glossy)
+    return diffuse + glossy
+
+
 @observed
 def local_illumination(
     scene: wp.ref[SceneData],
@@ -214,65 +279,24 @@ def local_illumination(
     if shading.has_local == 0:
         return result
     for k in range(scene.light_count):
-        light = scene.lights[k]
-        if not holds(scene.links, light.receivers, surface.instance):
+        if not holds(scene.links, scene.lights[k].receivers, surface.instance):
             tell_dark_light(observer, k, 0.0)
-            continue
-        if frame.light_samples > 0 and has_extent(light):
+        elif is_sampled(frame, scene.lights[k]):
             emitter = light_at(scene, shading, k, frame.lights_visible)
             result += sampled_illumination(
                 scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
             )
-            continue
-        arriving = whole_light(scene, light, surface.position, shading.n)
-        cosine = wp.dot(shading.n, arriving.wi)
-        if cosine > 0.0:
-            visible = wp.vec3(1.0, 1.0, 1.0)
-            if light.casts_shadow != 0:
-                count_shadow(counts, depth)
-                tell_shadow_ray(observer)
-                visible = shadow_ray(
-                    scene,
-                    accel,
-                    frame.shadow_mode,
-                    light.shadow,
-                    stack,
-                    surface,
-                    arriving.to_shadow,
-                    arriving.distance,
-                    observer,
-                )
-            light_color = arriving.irradiance * (1.0 / wp.pi)
-            term = wp.vec3(0.0, 0.0, 0.0)
-            scales = wp.vec3(light.diffuse, light.specular, light.specular)
-            if frame.lights_visible != 0 and is_seen_as_shape(light):
-                scales = unmirrored_scales(shading, light.diffuse, light.specular)
-            if max_component(visible) > 0.0:
-                response = eval_response(shading, arriving.wi, scales)
-                term = wp.cw_mul(wp.cw_mul(visible, light_color), response)
-                result += term
-            tell_light(observer, k, light.casts_shadow, scales, arriving, shading, light_color, visible, term)
         else:
-            tell_dark_light(observer, k, cosine)
-    for k in range(scene.dome_count):
-        dome = scene.domes[k]
-        if not holds(scene.links, dome.receivers, surface.instance):
-            continue
-        if frame.light_samples > 0:
-            emitter = dome_at(scene, shading, k)
-            result += sampled_illumination(
-                scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
+            result += whole_illumination(
+                scene, accel, frame, stack, surface, shading, scene.lights[k], k, depth, counts, observer
             )
-            continue
-        diffuse = wp.cw_mul(shading.diffuse, dome_irradiance(scene, dome, shading.n)) * (dome.diffuse / wp.pi)
-        if shading.model == MODEL_PREVIEW:
-            cosine = wp.dot(shading.n, shading.wo)
-            diffuse = wp.cw_mul(diffuse, diffuse_albedo(shading.specular, shading.specular_grazing, cosine))
-        glossy = wp.vec3(0.0, 0.0, 0.0)
-        result += diffuse
-        if max_component(shading.gloss) > 0.0:
-            mirrored = 2.0 * wp.dot(shading.n, shading.wo) * shading.n - shading.wo
-            glossy = wp.cw_mul(shading.gloss, dome_irradiance(scene, dome, mirrored)) * (dome.specular / wp.pi)
-            result += glossy
-        tell_dome(observer, scene.light_count + k, diffuse, glossy)
+    for k in range(scene.dome_count):
+        if holds(scene.links, scene.domes[k].receivers, surface.instance):
+            if frame.light_samples > 0:
+                emitter = dome_at(scene, shading, k)
+                result += sampled_illumination(
+                    scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
+                )
+            else:
+                result += whole_dome(scene, shading, scene.domes[k], scene.light_count + k, observer)
     return result

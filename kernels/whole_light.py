@@ -39,7 +39,7 @@ def is_uneven(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
     return height * height < size2
 
 
-@wp.func
+@wp.func(inline=False)
 def sum_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
     """Return how a light with an extent reaches a surface, summed over ``LIGHT_POINTS`` of its directions.
 

@@ -71,17 +71,18 @@ def _check_node(node: TreeNode) -> None:
         return
     local = np.float32(node.emission) + np.float32(node.ambient)
     for light in node.lights:
-        for term in _terms(light):
-            local = local + np.float32(term)
+        local = local + _term(light)
         # Diffuse and specular part are rounded on their own.
         parts = np.add(light.diffuse, light.specular)
         np.testing.assert_allclose(parts, light.total, rtol=4e-6, atol=1e-12)
     np.testing.assert_array_equal(local, np.float32(node.local))
 
 
-def _terms(light: LightTerm) -> tuple[tuple[float, float, float], ...]:
-    """Return what the kernel adds for a light, one after the other: of a dome, two terms."""
-    return (light.diffuse, light.specular) if light.kind == "dome" and not light.samples else (light.total,)
+def _term(light: LightTerm) -> np.ndarray:
+    """Return what the kernel adds for a light: of a dome as a whole, the sum of its two parts."""
+    if light.kind == "dome" and not light.samples:
+        return np.float32(light.diffuse) + np.float32(light.specular)
+    return np.float32(light.total)
 
 
 def test_pixels_on_every_device(device: str) -> None:
