@@ -224,6 +224,9 @@ of graphics hardware: a ground plane is longer only within 4 degrees of the hori
 ROUGHNESS_MIN = wp.constant(0.001)
 """UsdPreviewSurface's lower bound of roughness (previewSurface.glslfx)."""
 
+IOR_MIN = wp.constant(0.001)
+"""Lower bound of the index of refraction in a reflectance, which has a pole at -1: there it is 0.996."""
+
 MIRROR_FADE_START = wp.constant(0.1)
 """Roughness up to which a mirror ray carries the whole specular reflectance: the lobe is narrower than 2 degrees."""
 

@@ -5,7 +5,7 @@
 import warp as wp
 
 from .albedo import diffuse_albedo, specular_albedo
-from .constants import GRAZING_FADE, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .constants import GRAZING_FADE, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
 from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
 from .structs import InputData, MaterialData, SceneData
@@ -165,7 +165,7 @@ def passage_eta(is_closed: int, side: float, ior: float) -> float:
     Args:
         is_closed: Whether the mesh bounds a volume.
         side: Positive where the ray enters, negative where it leaves.
-        ior: Index of refraction inside.
+        ior: Index of refraction inside; what is not above 0 is none, and bends no ray.
     """
     if is_closed == 0 or ior <= 0.0:
         return 1.0
@@ -198,6 +198,17 @@ def eval_whitted(
 
 
 @wp.func
+def dielectric_f0(ior: float) -> float:
+    """Return the reflectance at normal incidence in vacuum, ((1 - ior) / (1 + ior))^2.
+
+    Textures hold any number: what is not above 0 counts as an index next to it.
+    """
+    n = wp.max(ior, IOR_MIN)
+    r = (1.0 - n) / (1.0 + n)
+    return r * r
+
+
+@wp.func
 def preview_f0(diffuse: wp.vec3, specular: wp.vec3, metallic: float, ior: float, use_specular_workflow: int) -> wp.vec3:
     """Return UsdPreviewSurface's reflectance at normal incidence.
 
@@ -205,10 +216,9 @@ def preview_f0(diffuse: wp.vec3, specular: wp.vec3, metallic: float, ior: float,
     """
     if use_specular_workflow != 0:
         return specular
-    r = (1.0 - ior) / (1.0 + ior)
     one = wp.vec3(1.0, 1.0, 1.0)
     color = one + (diffuse - one) * metallic
-    return (color * (r * r)) * (1.0 - metallic) + color * metallic
+    return (color * dielectric_f0(ior)) * (1.0 - metallic) + color * metallic
 
 
 @wp.func
@@ -260,8 +270,7 @@ def eval_preview(
     s.ambient = s.diffuse * input_float(scene, surface, _OCCLUSION)
     s.emission = input_vec3(scene, surface, _EMISSIVE)
     s.alpha = roughness * roughness
-    r = (1.0 - ior) / (1.0 + ior)
-    s.coat_f0 = r * r
+    s.coat_f0 = dielectric_f0(ior)
     s.coat = wp.clamp(input_float(scene, surface, _COAT), 0.0, 1.0) * wp.min(GRAZING_FADE * s.coat_f0, 1.0)
     coat_roughness = wp.max(input_float(scene, surface, _COAT_ROUGHNESS), ROUGHNESS_MIN)
     s.coat_alpha = coat_roughness * coat_roughness

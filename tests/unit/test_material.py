@@ -79,6 +79,14 @@ def test_f0_of_both_workflows() -> None:
     np.testing.assert_allclose(preview_f0(color, specular, 0.5, 1.5, 0), 0.5 * 0.04 * spec + 0.5 * spec, rtol=1e-6)
 
 
+def test_an_index_that_is_none_reflects_no_more_than_comes() -> None:
+    """A texture may hold -1, where ((1 - n) / (1 + n))^2 has its pole."""
+    color = wp.vec3(0.8, 0.4, 0.2)
+    for ior in (-1.0, -0.5, 0.0):
+        np.testing.assert_allclose(preview_f0(color, color, 0.0, ior, 0), [1.0] * 3, atol=0.01)
+        assert all(value <= 1.0 for value in preview_f0(color, color, 0.0, ior, 0))
+
+
 def test_mirror_share_fades_between_its_bounds() -> None:
     assert [mirror_share(r) for r in (0.0, 0.1, 0.4, 1.0)] == [1.0, 1.0, 0.0, 0.0]
     assert mirror_share(0.25) == pytest.approx(0.5)

@@ -448,6 +448,13 @@ def test_constants_that_mean_nothing_are_named(value):
     assert material.opacity_mode == OpacityMode.TRANSPARENT
 
 
+@pytest.mark.parametrize("value", ["-1", "0"])
+@pytest.mark.parametrize("identifier", ["UsdPreviewSurface", "WhittedSurface", "ND_gltf_pbr_surfaceshader"])
+def test_an_index_of_refraction_is_above_zero(identifier, value):
+    material, _, codes = _read(_material(f'uniform token info:id = "{identifier}"\nfloat inputs:ior = {value}'))
+    assert ("ior" in material.inputs, [code for code in codes if code != "W302"]) == (False, ["W306"])
+
+
 def test_misspelt_inputs_of_our_own_surface_are_named():
     body = "color3f inputs:reflectance = (1, 1, 1)\ncolor3f inputs:diffuse = (1, 0, 0)"
     material, _, codes = _read(_material(f'uniform token info:id = "WhittedSurface"\n{body}'))

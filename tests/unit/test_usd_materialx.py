@@ -179,6 +179,10 @@ def test_primvars_are_scaled_and_shifted():
         ("ND_multiply_color3", (wire("in1", "T"), wire("in2", "U"))),
         ("ND_power_color3", (wire("in1", "T"), vec("in2", *A))),
         ("ND_noise2d_color3", ()),
+        ("ND_extract_color3", (wire("in", "T"), "int inputs:index = -1")),
+        ("ND_extract_color3", (wire("in", "T"), "int inputs:index = 7")),
+        ("ND_luminance_color3", (wire("in", "T"), "float inputs:lumacoeffs = 0.3")),
+        ("ND_rotate2d_vector2", (vec("in", 1, 2, 3, kind="float3"),)),
     ],
 )
 def test_what_does_not_fold_is_named(image, identifier, lines):
@@ -365,3 +369,19 @@ def test_what_is_lost_is_named_where_it_is_used():
     assert [d.message for d in found] == [
         "the surface 'ND_standard_surface_surfaceshader' is approximated by a UsdPreviewSurface, without sheen"
     ]
+
+
+def test_a_reflectance_of_no_index_is_that_of_the_default():
+    material, _, found = surface(
+        "ND_standard_surface_surfaceshader", "float inputs:specular = 0.5\nfloat inputs:specular_IOR = -1"
+    )
+    n = material.inputs["ior"].value[0]
+    assert ((1 - n) / (1 + n)) ** 2 == pytest.approx(0.5 * 0.04)
+    assert [d.code for d in found] == ["W306", "W302"]
+
+
+@pytest.mark.parametrize("value", ['string inputs:sheen = "much"', "asset inputs:sheen = @much.png@"])
+def test_what_would_be_lost_is_a_number(value):
+    _, _, found = surface("ND_standard_surface_surfaceshader", value)
+    assert [d.code for d in found] == ["W306", "W302"]
+    assert "sheen" not in found[-1].message

@@ -11,8 +11,9 @@ from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, OpacityMode
+from warp_rt.usd.attribute_values import numbers, shown
 from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Term
-from warp_rt.usd.shading_network import Node, find_source, read_numbers
+from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_numbers
 from warp_rt.usd.signals import DoesNotFold, Signal, add, multiply
 from warp_rt.usd.textures import UNKNOWN_NODE, InputReader
 
@@ -20,6 +21,7 @@ APPROXIMATED_SURFACE = "W302"
 
 _SIZES = {name: len(default) for name, default in MATERIAL_DEFAULTS[MaterialModel.PREVIEW].items()}
 _ONE = Input(value=(1.0, 0.0, 0.0, 0.0))
+_DEFAULT_IOR = Input(value=(MATERIAL_DEFAULTS[MaterialModel.PREVIEW]["ior"][0], 0.0, 0.0, 0.0))
 _FULL = Signal.constant((1.0,))
 _GLTF_MASK = 1.0  # of alpha_mode
 
@@ -45,6 +47,8 @@ class ForeignReader:
         inputs = {}
         for name, term in surface.terms.items():
             value = self._term(shader, term, _SIZES[name], material)
+            if name == "ior":
+                value = self._inputs.check_ior(shader.GetInput(term.name), value)
             if value is not None:
                 inputs[name] = value
         mode, threshold = OpacityMode.TRANSPARENT, 0.0
@@ -101,7 +105,7 @@ class ForeignReader:
     def _scale_reflectance(self, shader: UsdShade.Shader, name: str, inputs: dict[str, Input]) -> None:
         """Scale the reflectance at normal incidence, ((1 - ior) / (1 + ior))^2, unless rays are bent by that ior."""
         weight = self._number(shader, name, 1.0)
-        ior = inputs["ior"]
+        ior = inputs.get("ior", _DEFAULT_IOR)
         if weight == 1.0 or weight < 0.0 or ior.texture >= 0 or ior.primvar or inputs.get("opacity", _ONE) != _ONE:
             return
         r = min(math.sqrt(weight) * abs((1.0 - ior.value[0]) / (1.0 + ior.value[0])), 0.999)
@@ -117,7 +121,13 @@ class ForeignReader:
         source = find_source(port, self._report) if port else None
         if source is None or isinstance(source, Node):
             return source is not None
-        return bool(np.any(np.asarray(source.Get(self._time), float) != neutral))
+        value = source.Get(self._time)
+        found = numbers(value)
+        if value is not None and found is None:
+            self._report.warn(
+                WRONG_TYPE, source.GetPath(), f"is {shown(value)}, not finite numbers; the default is used"
+            )
+        return any(number != neutral for number in found or ())
 
     def _is_bent(self, shader: UsdShade.Shader, name: str) -> bool:
         """Return whether a normal comes from anything but the surface itself."""

@@ -192,6 +192,8 @@ class MaterialReader:
         for name, size in sizes.items():
             port = shader.GetInput(name)
             value = self._inputs.read(port, size, material) if port else None
+            if name == "ior":
+                value = self._inputs.check_ior(port, value)
             if value is not None:
                 inputs[name] = value
         return inputs

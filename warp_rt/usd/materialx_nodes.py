@@ -101,7 +101,10 @@ def _convert(node: NodeInputs) -> Signal:
 
 
 def _extract(node: NodeInputs) -> Signal:
-    return node.get("in").pick([int(node.number("index", 0.0))])
+    index = int(node.number("index", 0.0))
+    if not 0 <= index < node.size:
+        raise DoesNotFold
+    return node.get("in").pick([index])
 
 
 def _swizzle(node: NodeInputs) -> Signal:
@@ -179,8 +182,8 @@ def _switch(node: NodeInputs) -> Signal:
 
 def _place(node: NodeInputs) -> Signal:
     """Return moved texture coordinates: scaled, turned, shifted, or by ``operationorder`` 1 the other way round."""
-    pivot, offset = (node.get(name).constant_value() for name in ("pivot", "offset"))
-    shrink = np.diag(apply(np.reciprocal, node.get("scale", 1.0)).constant_value())
+    pivot, offset = (node.get(name).resized(2).constant_value() for name in ("pivot", "offset"))
+    shrink = np.diag(apply(np.reciprocal, node.get("scale", 1.0)).resized(2).constant_value())
     turn = rotation(node.number("rotate", 0.0))
     coordinates = node.get("texcoord").map(np.eye(2), -pivot)
     if node.number("operationorder", 0.0) == 0.0:

@@ -83,7 +83,13 @@ class Signal:
         return Signal(np.array(rows), self.source)
 
     def map(self, linear: np.ndarray, offset: np.ndarray | float = 0.0) -> Signal:
-        """Return linear @ self + offset."""
+        """Return linear @ self + offset.
+
+        Raises:
+            DoesNotFold: It has not as many components as ``linear`` has columns.
+        """
+        if np.shape(linear)[1] != self.size:
+            raise DoesNotFold
         matrix = np.asarray(linear, float) @ self.matrix
         matrix[:, -1] += offset
         return Signal(matrix, self.source)

@@ -154,6 +154,14 @@ class InputReader:
             row, channel = self._mixed_row(source, linear, offset), 0 if count == 1 else -1
         return Input(texture=row, channel=channel)
 
+    def check_ior(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+        """Return an index of refraction; None, told, of a constant that is not above 0, for the default to hold."""
+        if found is None or found.texture >= 0 or found.primvar or found.value[0] > 0.0:
+            return found
+        message = f"is {found.value[0]:g}, an index of refraction not above 0; the default is used"
+        self._report.warn(WRONG_TYPE, port.GetAttr().GetPath(), message)
+        return None
+
     def add(self, texture: Texture) -> int:
         """Return the row of a new texture."""
         self.textures.append(texture)
