@@ -187,6 +187,18 @@ def test_missing_folder_is_an_output_error(film, tmp_path):
         check_writable(tmp_path)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes have no names here")
+def test_what_is_no_regular_file_is_not_replaced(film, tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    (tmp_path / "a.png").symlink_to(pipe)
+    with pytest.raises(OutputError, match="is no regular file"):
+        check_writable(tmp_path / "a.png")
+    with pytest.raises(OutputError, match="is no regular file"):
+        Image(film).save(tmp_path / "a.png")
+    assert pipe.is_fifo()
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere file names are Unicode")
 @pytest.mark.parametrize("name", [b"\xff.png", b"\xff.jpg", b"\xff.exr", 50 * "雪".encode() + b"long.exr", b"a\nb.exr"])
 def test_files_may_be_called_anything(film, tmp_path, name):

@@ -35,6 +35,10 @@ def picture(folder: Path, text: str, **options: object) -> np.ndarray:
     return Renderer(load_scene(write(folder, text)), chosen, device="cpu").render().color
 
 
+def test_nothing_to_draw_is_told(tmp_path: Path) -> None:
+    assert [note.code for note in load_scene(write(tmp_path, VIEW)).diagnostics] == ["N905"]
+
+
 def test_what_a_file_becomes() -> None:
     scene = load_scene(STILL_LIFE)
     assert scene.prims == (

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import pytest
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.report import Report
@@ -230,3 +230,21 @@ def test_meters_per_unit_as_old_files_have_it(monkeypatch: pytest.MonkeyPatch) -
 def test_a_stage_in_memory_has_no_source() -> None:
     """An anonymous layer's identifier holds an address: files made from equal stages would differ."""
     assert load_stage(in_memory()).source == ""
+
+
+def test_tokens_that_are_no_text_are_told(tmp_path):
+    """Bytes of a crate file's token changed to what is no UTF-8: USD hands them on, Python cannot take them."""
+    stage = Usd.Stage.CreateNew(str(tmp_path / "a.usdc"))
+    UsdShade.Material.Define(stage, "/Look")
+    shader = UsdShade.Shader.Define(stage, "/Look/Surface")
+    shader.CreateIdAttr("Qzxjkvwy")
+    material = UsdShade.Material.Get(stage, "/Look")
+    material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    mesh = UsdGeom.Sphere.Define(stage, "/Ball")
+    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
+    stage.Save()
+    data = (tmp_path / "a.usdc").read_bytes()
+    assert data.count(b"Qzxjkvwy") == 1  # tokens are compressed, but nothing like this one came before it
+    (tmp_path / "b.usdc").write_bytes(data.replace(b"Qzxjkvwy", b"\xb0zxjkvwy"))
+    with pytest.raises(SceneError, match=r"b\.usdc: the file is damaged: it holds text that is not UTF-8"):
+        load_stage(tmp_path / "b.usdc")

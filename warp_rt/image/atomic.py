@@ -31,9 +31,11 @@ def replacing(path: Path) -> Iterator[Path]:
         path: The file to be; symbolic links are followed, so that a link stays one.
 
     Raises:
-        OutputError: The file could not be written.
+        OutputError: The file could not be written, or stands for a folder, a device or the like.
     """
     target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        raise OutputError(f"{path}: is no regular file")
     try:
         _remove_leftovers(target)
         temporary = target.with_name(f".{_stem(target)}.{secrets.token_hex(4)}.part")

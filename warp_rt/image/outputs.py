@@ -103,7 +103,8 @@ def check_writable(path: Path) -> None:
     """Return if it looks as if a file could be written here; nothing is changed to find out.
 
     Raises:
-        OutputError: The folder is missing or locked, ``path`` is itself a folder, or its name can be no file's.
+        OutputError: The folder is missing or locked, ``path`` is itself a folder or a device, or its name can be no
+            file's.
     """
     try:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError):
@@ -112,6 +113,8 @@ def check_writable(path: Path) -> None:
         raise OutputError(f"{path}: cannot write: {getattr(error, 'strerror', error)}") from error
     if path.is_dir():
         raise OutputError(f"{path}: is a folder, not a file")
+    if path.exists() and not path.is_file():
+        raise OutputError(f"{path}: is no regular file")
     folder = path.parent
     if not folder.is_dir():
         raise OutputError(f"{path}: the folder {folder} does not exist")

@@ -33,6 +33,7 @@ from warp_rt.triangulate import triangulate
 
 CAMERA = "/Camera"
 NO_EXTENT = "W150"
+NOTHING_DRAWN = "N905"
 
 
 def load_nff(path: str | os.PathLike[str]) -> Scene:
@@ -52,6 +53,8 @@ def load_nff(path: str | os.PathLike[str]) -> Scene:
         bodies += [(name, row, body) for name, body in _bodies(f"/Fill{row + 1}", fill, primitives, report)]
     strength = light_strength(len(file.lights))
     ambient = (strength, strength, strength)
+    if not bodies:
+        report.warn(NOTHING_DRAWN, os.fspath(path), "the file holds nothing that is drawn")
     rows = np.arange(len(bodies), dtype=np.int32)
     return Scene(
         meshes=tuple(body for _, _, body in bodies),

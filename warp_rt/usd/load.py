@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from pxr import Tf, Usd
 
+from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Scene, local_boxes
 from warp_rt.usd.cameras import read_camera, report_hidden
@@ -88,7 +89,7 @@ def load_stage(
         OptionError: ``time`` makes no sense.
     """
     report = Report()
-    with captured_warnings(report), _without_collector():
+    with captured_warnings(report), _without_collector(), _readable(path_or_stage):
         if isinstance(path_or_stage, Usd.Stage):
             stage, source = path_or_stage, path_or_stage.GetRootLayer().realPath
         else:
@@ -155,6 +156,19 @@ def load_stage(
     )
     report_hidden(scene.cameras, scene.bounds(), report)
     return replace(scene, diagnostics=tuple(report))
+
+
+@contextmanager
+def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[None]:
+    """Refuse a stage whose names or tokens are no text: Python cannot be given them."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        if isinstance(path_or_stage, Usd.Stage):
+            name = path_or_stage.GetRootLayer().identifier
+        else:
+            name = os.fspath(path_or_stage)
+        raise SceneError(f"{name}: the file is damaged: it holds text that is not UTF-8") from error
 
 
 @contextmanager

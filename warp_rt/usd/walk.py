@@ -174,7 +174,9 @@ class StageWalk:
         elif kind in _RENDER_TYPES:
             self.render_prims.append(str(prim.GetPath()))
         elif not prim_type.is_known:
-            self._report.warn(UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: left out")
+            self._report.warn(
+                UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: it draws nothing itself"
+            )
         passed_on = hand_down(prim, here, authored, self._time, self._report)
         if kind == "PointInstancer":
             if self._is_shown(here):
