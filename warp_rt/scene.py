@@ -198,6 +198,8 @@ class Wrap(IntEnum):
     CLAMP = 1
     REPEAT = 2
     MIRROR = 3
+    TILES = 4
+    """Nothing, black, beyond half a texel: UDIM tiles, whose seams end on the outermost edge."""
 
 
 class OpacityMode(IntEnum):

@@ -41,7 +41,11 @@ def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.nd
     )
     rows = (_fetch(pixels, x0, y, texture) * (1 - fx) + _fetch(pixels, x1, y, texture) * fx for y in (y0, y1))
     bottom, top = rows
-    return (bottom * (1 - fy) + top * fy) * texture.scale + texture.bias
+    found = bottom * (1 - fy) + top * fy
+    for axis, wrap in enumerate((texture.wrap_s, texture.wrap_t)):
+        if wrap == Wrap.TILES:
+            found[np.abs(uv[:, axis] - 0.5) > 0.5 + 0.5 / pixels.shape[1 - axis]] = 0.0
+    return found * texture.scale + texture.bias
 
 
 def _texels(s: np.ndarray, size: int, wrap: Wrap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -54,7 +58,7 @@ def _texels(s: np.ndarray, size: int, wrap: Wrap) -> tuple[np.ndarray, np.ndarra
 
 
 def _wrapped(index: np.ndarray, size: int, wrap: Wrap) -> np.ndarray:
-    if wrap == Wrap.CLAMP:
+    if wrap in (Wrap.CLAMP, Wrap.TILES):
         return np.clip(index, 0, size - 1)
     if wrap == Wrap.REPEAT:
         return index % size

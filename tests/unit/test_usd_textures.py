@@ -9,6 +9,7 @@ from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Wrap
+from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.textures import InputReader
 
@@ -366,6 +367,15 @@ def test_udim_tiles_lie_side_by_side(tmp_path):
     for uv, expected in (((0.5, 0.5), (10, 255)), ((1.5, 1.5), (20, 255)), ((1.5, 0.5), (0, 0)), ((0.5, 1.5), (0, 0))):
         x, y = (texture.uv_transform @ [*uv, 1]) * 4
         assert tuple(pixels[int(y), int(x), [0, 3]]) == expected
+
+
+def test_beyond_the_outermost_udim_tiles_is_nothing(tmp_path):
+    """An absent tile is the same within the rectangle of those there are and outside; seams on its edge are not cut."""
+    PilImage.fromarray(np.full((2, 2, 3), 255, np.uint8)).save(tmp_path / "t.1001.png")
+    _, texture, images, _ = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=str(tmp_path / "scene.usda"))
+    uv = np.array([(0.5, 0.5), (1.0, 1.0), (1.01, 0.5), (1.5, 0.5), (0.5, -0.5), (7.5, 0.5)])
+    expected = [1, 1, 1, 0, 0, 0]
+    np.testing.assert_array_equal(texture_values(texture, images, uv), np.repeat(expected, 4).reshape(-1, 4))
 
 
 def test_udim_tiles_need_not_begin_at_the_first_nor_have_one_size(tmp_path):

@@ -386,7 +386,7 @@ class InputReader:
         if isinstance(asset, Sdf.AssetPath) and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
             image, tiling = self._images.load_tiles(attribute, asset, prim)
             transform = np.vstack([tiling, [0, 0, 1]]) @ transform
-            wraps = [Wrap.CLAMP, Wrap.CLAMP]  # seams often end on the outermost tiles, which black would bleed into
+            wraps = [Wrap.TILES, Wrap.TILES]
         else:
             image = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
         is_srgb = False
