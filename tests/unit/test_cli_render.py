@@ -513,6 +513,8 @@ def test_sums_over_a_sequence():
         levels = [{"depth": depth, "nodes": count} for depth, count in enumerate(nodes, start=1)]
         return {
             "outputs": [name],
+            "width": 4,
+            "height": 2,
             "seconds": {"load": 1.0},
             "rays": {"primary": nodes[0], "deepest": len(nodes), "per_depth": levels},
             "warnings": [{"code": "W101", "prim": "/a", "message": "dropped"}],

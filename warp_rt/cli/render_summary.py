@@ -72,7 +72,7 @@ def whole_run(frames: Sequence[dict[str, Any]], times: Sequence[float | None]) -
     for kind in ("warnings", "notes"):
         run[kind] = list({tuple(record.values()): record for frame in frames for record in frame[kind]}.values())
     run["frames"] = [
-        {"frame": time, **{key: frame[key] for key in ("outputs", "seconds", "rays")}}
+        {"frame": time, **{key: frame[key] for key in ("outputs", "width", "height", "seconds", "rays")}}
         for time, frame in zip(times, frames, strict=True)
     ]
     return run
@@ -84,8 +84,10 @@ def summary_line(run: dict[str, Any]) -> str:
     rest = f" and {len(outputs) - 1} more" if len(outputs) > 1 else ""
     rays = sum(run["rays"][kind] for kind in _TRACED)
     where = run["device"] if run["device"] != "cpu" else f"cpu, {_counted(run['threads'], 'thread')}"
+    sizes = {(frame["width"], frame["height"]) for frame in run.get("frames", [run])}
+    size = f"{run['width']} x {run['height']}" if len(sizes) == 1 else f"{len(sizes)} sizes"
     return (
-        f"{outputs[0]}{rest}: {run['width']} x {run['height']}, {run['spp']} spp, "
+        f"{outputs[0]}{rest}: {size}, {run['spp']} spp, "
         f"{_geometry(run)}, {_counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
         f"{seconds['total']:.2f} s in all"
     )

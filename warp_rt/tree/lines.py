@@ -211,7 +211,8 @@ def _light(light: LightTerm) -> list[Line]:
     if any(light.visible):
         if light.crossings:
             through = ", ".join(f"{shown_path(c.place.prim)} ({color(c.factor)})" for c in light.crossings)
-            lines.append((4, ((f"through {through}", ""),)))
+            way = "the first sample through" if light.samples else "through"
+            lines.append((4, ((f"{way} {through}", ""),)))
         return [*lines, (4, ((_terms(light), ""),))]
     without = [a + b for a, b in zip(light.unshadowed_diffuse, light.unshadowed_specular, strict=True)]
     spans: list[Span] = [("shadowed by ", "")]
