@@ -18,12 +18,14 @@ from pxr import Ar, Sdf
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Profile
+from warp_rt.usd.attribute_values import shown
 
 BAD_PROFILE = "W402"
 
 _MAX_BYTES = 1 << 26
 _MAX_ANGLES = 1 << 14
 _TYPE_C, _TYPE_B = 1, 2
+_CTRL_Z = "\x1a"
 _KEYWORD = re.compile(r"^TILT\s*=\s*(\S*)[^\n]*\n?", re.MULTILINE)
 # Angles that differ by less are equal [degree]: some programs write 89.99999.
 _SAME_ANGLE = 1e-3
@@ -80,13 +82,14 @@ def parse_profile(text: str) -> Profile:
     tilt = _KEYWORD.search(text.replace("\r\n", "\n").replace("\r", "\n") + "\n")
     if tilt is None:
         raise SceneError("it has no line that begins with TILT=")
-    numbers = _numbers(tilt.string[tilt.end() :])
+    numbers, rest = _numbers(tilt.string[tilt.end() :])
+    end = f"; {shown(rest)} is no finite number" if rest else ""
     if tilt[1] == "INCLUDE":
         # How the lamp's output depends on the luminaire's tilt: UsdLux has no lamps in luminaires.
         count = _count(numbers, 1, "tilt angles")
         numbers = numbers[2 + 2 * count :]
     if len(numbers) < 13:
-        raise SceneError("it ends before its angles")
+        raise SceneError(f"it ends before its angles{end}")
     vertical_count, horizontal_count = _count(numbers, 3, "vertical angles"), _count(numbers, 4, "horizontal angles")
     kind = int(numbers[5])
     if kind not in (_TYPE_C, _TYPE_B):
@@ -94,7 +97,7 @@ def parse_profile(text: str) -> Profile:
     factor = numbers[2] * numbers[10] * numbers[11]  # candela multiplier, ballast factor, ballast-lamp factor
     needed = 13 + vertical_count + horizontal_count + vertical_count * horizontal_count
     if len(numbers) < needed:
-        raise SceneError(f"it has {len(numbers)} numbers, of which its header announces {needed}")
+        raise SceneError(f"it has {len(numbers)} of the {needed} numbers that its header announces{end}")
     vertical, horizontal, values = np.split(numbers[13:needed], [vertical_count, vertical_count + horizontal_count])
     if vertical_count < 2:
         raise SceneError("it has one vertical angle alone")
@@ -113,14 +116,21 @@ def parse_profile(text: str) -> Profile:
     )
 
 
-def _numbers(text: str) -> np.ndarray:
-    try:
-        numbers = np.array(text.replace(",", " ").split(), float)
-    except ValueError as error:
-        raise SceneError(" ".join(str(error).split())) from None
-    if not np.isfinite(numbers).all():
-        raise SceneError("a number is not finite")
-    return numbers
+def _numbers(text: str) -> tuple[np.ndarray, str]:
+    """Return the finite numbers that a text begins with, and the word that ends them.
+
+    Files go on with what the standard does not know: a Ctrl-Z, which ends files of DOS, or further keywords.
+    """
+    numbers: list[float] = []
+    for word in text.partition(_CTRL_Z)[0].replace(",", " ").split():
+        try:
+            number = float(word)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            return np.array(numbers), word
+        numbers.append(number)
+    return np.array(numbers), ""
 
 
 def _count(numbers: np.ndarray, index: int, name: str) -> int:
