@@ -67,6 +67,12 @@ def is_seen_as_shape(light: wp.ref[LightData]) -> bool:
     return has_extent(light) and light.kind != KIND_DISTANT and light.kind != KIND_MESH
 
 
+@wp.func
+def is_mirrored(light: wp.ref[LightData], lights_visible: int) -> bool:
+    """Return whether mirror rays bring a light back: by its shape, or by the glowing mesh that shines."""
+    return light.glows != 0 or (lights_visible != 0 and is_seen_as_shape(light))
+
+
 @wp.func(inline=False)
 def nearest_light(
     scene: wp.ref[SceneData], origin: wp.vec3, direction: wp.vec3, t_max: float, sender: int

@@ -12,7 +12,7 @@ Reference: Veach (1997), Robust Monte Carlo Methods for Light Transport Simulati
 import warp as wp
 
 from .constants import GLOSS_SHARE, IMAGE_SHARE
-from .emission import is_seen_as_shape, light_emission
+from .emission import is_mirrored, light_emission
 from .environment import dome_radiance
 from .light import KIND_MESH
 from .light_direction import LightDirection
@@ -58,7 +58,7 @@ class EmitterSample:
 
 @wp.func
 def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int, lights_visible: int) -> Emitter:
-    """Return a light with an extent as an emitter, specular only for what mirror rays leave where they see lights."""
+    """Return a light with an extent as an emitter, specular only for what mirror rays that see it leave."""
     light = scene.lights[row]
     e = Emitter()
     e.row = row
@@ -67,7 +67,7 @@ def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int, light
     e.diffuse = light.diffuse
     e.base = light.specular
     e.coat = light.specular
-    if lights_visible != 0 and is_seen_as_shape(light):
+    if is_mirrored(light, lights_visible):
         scales = unmirrored_scales(shading, light.diffuse, light.specular)
         e.base = scales[1]
         e.coat = scales[2]

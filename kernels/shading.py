@@ -8,7 +8,7 @@ from .albedo import diffuse_albedo
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_END, SHADOW_LIMIT
-from .emission import is_seen_as_shape
+from .emission import is_mirrored
 from .environment import dome_irradiance
 from .material import (
     MODEL_PREVIEW,
@@ -38,7 +38,7 @@ from .tree_hooks import (
     tell_samples_done,
     tell_shadow_ray,
 )
-from .vector import max_component
+from .vector import max_component, max_magnitude
 from .visibility import CASTS_SHADOW, holds, is_present
 from .whole_light import whole_light
 
@@ -173,7 +173,7 @@ def sampled_illumination(
     for k in range(frame.light_samples):
         index = shuffle_index(wp.uint32(sample * frame.light_samples + k), own_key)
         s = sample_emitter(scene, shading, surface.position, emitter, sequence_point(index, own_key))
-        if max_component(s.irradiance) > 0.0:
+        if max_magnitude(s.irradiance) > 0.0:
             visible = wp.vec3(1.0, 1.0, 1.0)
             if emitter.casts_shadow != 0:
                 count_shadow(counts, depth)
@@ -227,9 +227,8 @@ def whole_illumination(
         visible = shadow_ray(scene, accel, mode, light.shadow, stack, surface, arriving.to_shadow, reach, observer)
     light_color = arriving.irradiance * (1.0 / wp.pi)
     scales = wp.vec3(light.diffuse, light.specular, light.specular)
-    if frame.lights_visible != 0:
-        if is_seen_as_shape(light):
-            scales = unmirrored_scales(shading, light.diffuse, light.specular)
+    if is_mirrored(light, frame.lights_visible):
+        scales = unmirrored_scales(shading, light.diffuse, light.specular)
     if max_component(visible) > 0.0:
         term = wp.cw_mul(wp.cw_mul(visible, light_color), eval_response(shading, arriving.wi, scales))
     tell_light(observer, row, light.casts_shadow, scales, arriving, shading, light_color, visible, term)

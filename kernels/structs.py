@@ -162,6 +162,8 @@ class LightData:
     """Row of ``SceneData.light_textures``, whose mean is part of ``emission``; -1: none."""
     mesh: wp.int32
     """Row of ``SceneData.light_meshes``; -1: none."""
+    glows: wp.int32
+    """1 for a mesh light whose mesh emits by its material, which mirror rays bring back."""
 
 
 @wp.struct

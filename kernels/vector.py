@@ -12,6 +12,12 @@ def max_component(v: wp.vec3) -> float:
 
 
 @wp.func
+def max_magnitude(v: wp.vec3) -> float:
+    """Return the largest of three components regardless of sign: 0 where there is no light, neither negative."""
+    return wp.max(wp.abs(v[0]), wp.max(wp.abs(v[1]), wp.abs(v[2])))
+
+
+@wp.func
 def face_forward(normal: wp.vec3, toward: wp.vec3) -> wp.vec3:
     """Return ``normal`` or its opposite, whichever lies on the side of ``toward``."""
     if wp.dot(normal, toward) < 0.0:

@@ -12,7 +12,7 @@ from .sample_light import sample_extent
 from .sample_mesh import mesh_light
 from .sampling import radical_inverse, sobol_second, unit_float
 from .structs import LightData, SceneData
-from .vector import max_component
+from .vector import max_magnitude
 
 
 @wp.func
@@ -65,7 +65,7 @@ def sum_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.v
         cosine = wp.dot(n, d.wi)
         if d.pdf > 0.0 and cosine > 0.0:
             amount = light_emission(scene, light, position, d.wi, d.distance) / (d.pdf * float(LIGHT_POINTS))
-            weight = max_component(amount)
+            weight = max_magnitude(amount)
             flux += d.wi * weight
             distance += d.distance * weight
             whole += weight
@@ -101,7 +101,7 @@ def whole_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     """
     s = LightSample()
     if light.kind == KIND_MESH:
-        s = mesh_light(scene, light, position)
+        s = mesh_light(scene, light, position, n)
     elif is_uneven(light, position, n):
         return sum_light(scene, light, position, n)
     else:

@@ -59,6 +59,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "profile": tables.add_profile(light),
         "texture": texture,
         "mesh": tables.add_mesh(light, origin),
+        "glows": light.glows,
     }
 
 

@@ -391,6 +391,8 @@ class Light:
     drawn there, and not these."""
     is_double_sided: bool = False
     """Whether a mesh light shines inwards, too."""
+    glows: bool = False
+    """Whether the mesh of a mesh light emits by its material: what mirrors show of that is no highlight, too."""
     profile_angle_scale: float = 0.0
     """Above 0, vertical angles are divided by it before the profile is read; below 0, their distance from pi is by its
     negative; 0: neither."""

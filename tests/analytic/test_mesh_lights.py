@@ -12,7 +12,7 @@ import pytest
 from warp_rt import Scene
 from warp_rt.scene import Light, LightKind
 
-from .scenes import lamp, looking, parallel, radiance, scene_of, square, whitted
+from .scenes import lamp, looking, parallel, preview, radiance, scene_of, square, whitted
 
 L = np.array([2.0, 1.0, 0.5])
 PLACES = [(0.2, 0.1), (1.5, -0.5), (-2.0, 1.0)]
@@ -125,3 +125,46 @@ def test_cone_and_focus_shape_it() -> None:
     for samples in (0, 16):
         assert lit(light, (0.3, 0.1), light_samples=samples)[0] > 0
         assert lit(light, (1.5, 0.1), light_samples=samples)[0] == 0
+
+
+@pytest.mark.parametrize("times", [0, 2, 4])
+@pytest.mark.parametrize("tilt", [(1.0, 0.0, 0.0), (1.0, 0.0, 0.3)])
+def test_what_is_below_the_horizon_gives_nothing(tilt: tuple, times: int) -> None:
+    """A quad through the floor: clipped exactly, by 64 patches of 512 triangles within what docs say, and sampled."""
+    matrix = looking(tilt, (-1.0, 0.1, 0.2)) @ np.diag([1.5, 1.5, 1.0, 1.0])
+    light = mesh(refined(TRIANGLES, times), matrix, is_double_sided=True)
+    place = (0.3, 0.1)
+    quad = refined(TRIANGLES, 3)
+    expected = L * quadrature(quad, matrix, place)
+    assert expected[0] > 0.05
+    np.testing.assert_allclose(lit(light, place), expected, rtol=0.12 if times == 4 else 5e-3)
+    np.testing.assert_allclose(lit(light, place, light_samples=1024), expected, rtol=0.01)
+
+
+@pytest.mark.parametrize(("roughness", "samples"), [(0.05, 0), (0.05, 64), (0.25, 0), (0.3, 16384)])
+def test_a_glowing_mesh_is_mirrored_or_highlighted_not_both(roughness: float, samples: int) -> None:
+    """A metal under a glowing quad looks as under the rect that rays see, as the eye sees that in the mirror."""
+    metal = preview(use_specular_workflow=True, specularColor=1.0, diffuseColor=0.0, roughness=roughness)
+    matrix = looking((0, 0, -1), (0, 0, 2)) @ np.diag([4.0, 4.0, 1.0, 1.0])
+    light = mesh(TRIANGLES, matrix, glows=True)
+    glow = preview(diffuseColor=0.0, emissiveColor=tuple(L), specularColor=0.0, use_specular_workflow=True)
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    drawn = replace(square(glow), points=RECT, faces=faces, world_from_local=matrix)
+    rect = Light("/rect", LightKind.RECT, matrix, light.radiance)
+    camera = parallel((0.1, 0.0, 1.0))
+    found = radiance(scene_of(square(metal), drawn, lights=[light]), camera, light_samples=samples)
+    expected = radiance(scene_of(square(metal), lights=[rect]), camera, light_samples=samples, lights_visible=True)
+    np.testing.assert_allclose(found, expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("kind", [LightKind.RECT, LightKind.SPHERE])
+@pytest.mark.parametrize("height", [0.1, 2.0])
+def test_negative_light_is_subtracted_sampled_or_not(kind: LightKind, height: float) -> None:
+    """Also where the horizon cuts the light, so that as a whole it is a sum."""
+    direction = (1, 0, 0) if kind == LightKind.RECT and height < 1 else (0, 0, -1)
+    plus = lamp(kind, (-1.0, 0, height), L, direction=direction)
+    minus = replace(plus, radiance=tuple(-L))
+    for samples in (0, 16):
+        expected = -lit(plus, (0.3, 0.1), light_samples=samples)
+        assert (expected < 0).all()
+        np.testing.assert_allclose(lit(minus, (0.3, 0.1), light_samples=samples), expected, rtol=1e-5)

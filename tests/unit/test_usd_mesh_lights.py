@@ -79,6 +79,8 @@ def test_material_sync_mode(mode, factor, codes):
     body = f'uniform token light:materialSyncMode = "{mode}"' if mode else ""
     scene = _scene(body, bound=True)
     assert scene.lights[0].radiance == pytest.approx(np.array([12, 6, 3]) * factor)
+    assert scene.lights[0].glows  # whatever the mode: the mesh is drawn with its material
+    assert not _scene(body).lights[0].glows
     assert [d.code for d in scene.diagnostics if d.code.startswith("W")] == codes
 
 

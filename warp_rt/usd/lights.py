@@ -232,6 +232,7 @@ def _read_shape(
         is_srgb=is_srgb,
         triangles=mesh.triangles if mesh else None,
         is_double_sided=mesh is not None and attributes.truth("doubleSided", False),
+        glows=mesh is not None and bool(mesh.glow.any()),
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,
     )
