@@ -386,6 +386,31 @@ def test_features_that_are_ignored_are_named(kind, inputs, code):
 
 
 @pytest.mark.parametrize(
+    ("kind", "old"),
+    [
+        ("SphereLight", "float radius = 2"),
+        ("SphereLight", "bool shadow:enable = 0"),
+        ("SphereLight", "color3f shadow:color = (1, 0, 0)"),
+        ("SphereLight", "float shaping:cone:angle = 20"),
+        ("SphereLight", "asset shaping:ies:file = @lamp.ies@"),
+        ("SphereLight", "float specular = 0"),
+        ("RectLight", "asset texture:file = @t.png@"),
+        ("DomeLight", "asset texture:file = @t.png@"),
+        ("DomeLight_1", 'token texture:format = "latlong"'),
+        ("DistantLight", "float angle = 2"),
+        ("DistantLight", "bool enableColorTemperature = 1"),
+        ("DistantLight", "float colorTemperature = 2000"),
+    ],
+)
+def test_names_without_the_prefix_are_named(kind, old):
+    assert _read(f'def {kind} "L" {{\n{old}\n}}')[1] == ["W407"]
+
+
+def test_what_the_schema_never_prefixed_is_no_old_name():
+    assert _read('def SphereLight "L" {\nbool treatAsPoint = 1\nfloat guideRadius = 3\n}')[1] == []
+
+
+@pytest.mark.parametrize(
     ("kind", "values"),
     [
         ("SphereLight", 'string inputs:intensity = "bright"\nfloat3[] inputs:color = [(1, 2, 3), (4, 5, 6)]'),

@@ -49,8 +49,10 @@ _FALLOFFS = ("inverseSquare", "none")
 _SYNC_MODE = "light:materialSyncMode"
 _TINTS = "materialGlowTintsLight"
 _DOMES = ("DomeLight", "DomeLight_1")
-# Names without the prefix "inputs:", which files older than USD 21 have and the schema now ignores.
-_OLD_NAMES = ("intensity", "exposure", "color", "normalize", "angle", "radius", "width", "height", "length")
+_PREFIX = "inputs:"
+# What lights of any type had before USD 21, beside the properties of their own type.
+_COMMON_APIS = ("LightAPI", "ShapingAPI", "ShadowAPI")
+_COMMON_TYPE = "DomeLight"
 # Scales along the axes of a round light that differ by less count as equal: float32 transforms are not exact.
 _EVEN_SCALE = 1e-3
 # Pole +Y to +Z, image centre +Z to -Y: the rotation of a dome whose pole is Z.
@@ -359,7 +361,18 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     portals = prim.GetRelationship("portals")
     if portals and portals.GetTargets():
         report.warn(IGNORED_PORTALS, path, "portals are not supported; the dome shines from everywhere")
-    for name in _OLD_NAMES:
+    for name in sorted(_old_names(prim)):
         attribute = prim.GetAttribute(name)
-        if attribute and attribute.HasAuthoredValue():
+        if attribute and (attribute.HasAuthoredValue() or attribute.HasAuthoredConnections()):
             report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
+
+
+def _old_names(prim: Usd.Prim) -> set[str]:
+    """Return the names without the prefix ``inputs:``, of files older than USD 21, which the schema now ignores."""
+    registry = Usd.SchemaRegistry()
+    own = prim.GetPrimDefinition()
+    definitions = [own, registry.FindConcretePrimDefinition(_COMMON_TYPE)]
+    definitions += [registry.FindAppliedAPIPrimDefinition(name) for name in _COMMON_APIS]
+    names = {name for definition in definitions for name in definition.GetPropertyNames()}
+    old = {name.removeprefix(_PREFIX) for name in names if name.startswith(_PREFIX)}
+    return old - set(own.GetPropertyNames())
