@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,7 +25,6 @@ from warp_rt.placement import Placement, blocks, place_scene, relative_points
 from warp_rt.scene import (
     MATERIAL_DEFAULTS,
     Dome,
-    Image,
     Input,
     Light,
     Material,
@@ -35,6 +34,7 @@ from warp_rt.scene import (
     RayMask,
     Scene,
     Shapes,
+    Texture,
 )
 from warp_rt.specular_albedo import specular_albedo
 from warp_rt.srgb import linear_from_srgb
@@ -57,6 +57,8 @@ class DeviceScene:
     """World point that its coordinates are relative to: float64, shape [3]."""
     bytes: int
     """Device memory that its arrays take [byte]."""
+    images: _Images
+    """Shared by the scenes of a sequence."""
 
 
 def upload_scene(
@@ -66,6 +68,7 @@ def upload_scene(
     placement: Placement | None = None,
     texture_filter: str = TEXTURE_FILTERS[0],
     samples_domes: bool = False,
+    previous: DeviceScene | None = None,
 ) -> DeviceScene:
     """Return ``scene`` on a device.
 
@@ -75,6 +78,7 @@ def upload_scene(
         placement: Coordinates that its hierarchies were built in; None: as ``place_scene`` gives them.
         texture_filter: One of ``TEXTURE_FILTERS``: whether images get pyramids.
         samples_domes: Whether domes are sampled, for which the brightness of their images is summed up.
+        previous: Whose images are used again where those of ``scene`` are the same objects and read alike.
     """
     placement = placement or place_scene(scene)
     slots = _primvar_slots(scene)
@@ -82,12 +86,17 @@ def upload_scene(
     data = structs.SceneData()
     _pack_meshes(data, pack, scene.meshes, placement, slots)
     _pack_instances(data, pack, scene, placement, slots)
-    images = _Images(scene.images, has_pyramids=texture_filter == "anisotropic")
+    images = _Images.of(
+        scene,
+        pack,
+        has_pyramids=texture_filter == "anisotropic",
+        previous=None if previous is None else previous.images,
+    )
     _pack_materials(data, pack, scene, slots, images)
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
     _pack_lights(data, pack, scene.lights, scene.domes, placement.origin, images, samples_domes=samples_domes)
-    images.pack(data, pack)
-    return DeviceScene(data, device, placement.origin, pack.bytes)
+    images.put(data)
+    return DeviceScene(data, device, placement.origin, pack.bytes, images)
 
 
 def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceScene:
@@ -95,8 +104,7 @@ def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceSce
     data = structs.SceneData()
     for name in structs.SceneData.vars:
         setattr(data, name, getattr(device_scene.data, name))
-    images = _Images((), has_pyramids=False)
-    _pack_lights(data, _Packer(device_scene.device), lights, (), device_scene.origin, images)
+    _pack_lights(data, _Packer(device_scene.device), lights, (), device_scene.origin, device_scene.images)
     return replace(device_scene, data=data)
 
 
@@ -274,70 +282,126 @@ def _material_record(material: Material) -> dict[str, Any]:
 
 
 class _Images:
-    """Lays out the images that textures and domes ask for, each by the curve it is decoded by, with its pyramid."""
+    """The images that textures, lights and domes read, each by the curve it is decoded by, with its pyramid.
 
-    def __init__(self, images: Sequence[Image], *, has_pyramids: bool) -> None:
-        self._images = images
+    Args:
+        scene: Whose images.
+        pack: Uploads them.
+        has_pyramids: Whether they get pyramids.
+    """
+
+    def __init__(self, scene: Scene, pack: _Packer, *, has_pyramids: bool) -> None:
+        self._images = scene.images
         self._has_pyramids = has_pyramids
+        self._device = pack.device
         self._rows: dict[tuple[int, bool], int] = {}
-        self._offsets: dict[int, int] = {}
+        self._derived: dict[tuple[Callable[..., Any], int, bool], Any] = {}
         self._table: list[dict[str, Any]] = []
-        self._bytes: list[np.ndarray] = []
-        self._floats: list[np.ndarray] = []
-        self._byte_count = self._float_count = 0
+        before = pack.bytes
+        self._upload(_image_reads(scene), pack)
+        self._bytes = pack.bytes - before
+
+    @staticmethod
+    def of(scene: Scene, pack: _Packer, *, has_pyramids: bool, previous: _Images | None) -> _Images:
+        """Return the images of a scene on a device: those that are there already, where they are the very same."""
+        if (
+            previous is None
+            or (previous._device, previous._has_pyramids) != (pack.device, has_pyramids)
+            or tuple(previous._rows) != _image_reads(scene)
+            or [id(image) for image in previous._images] != [id(image) for image in scene.images]
+        ):
+            return _Images(scene, pack, has_pyramids=has_pyramids)
+        pack.bytes += previous._bytes
+        return previous
 
     def row(self, image: int, *, is_srgb: bool) -> int:
         """Return the device's row of an image of the scene, read as sRGB or not; -1 of no image."""
-        if image < 0:
-            return -1
-        if (image, is_srgb) not in self._rows:
-            self._rows[image, is_srgb] = self._add(image, is_srgb)
-        return self._rows[image, is_srgb]
+        return -1 if image < 0 else self._rows[image, is_srgb]
 
-    def pixels(self, image: int) -> np.ndarray:
-        """Return the texels of an image of the scene."""
-        return self._images[image].pixels
+    def derived(self, function: Callable[..., Any], image: int, *, is_srgb: bool) -> Any:
+        """Return what a function makes of an image of the scene, computed once.
+
+        Args:
+            function: Takes the texels, and ``is_srgb`` by name.
+            image: Row of ``Scene.images``.
+            is_srgb: Whether the texels are sRGB encoded.
+        """
+        key = (function, image, is_srgb)
+        if key not in self._derived:
+            self._derived[key] = function(self._images[image].pixels, is_srgb=is_srgb)
+        return self._derived[key]
 
     def of_light(self, light: Light) -> tuple[int, np.ndarray]:
         """Return the device's row of a light's image, and its mean colour, shape [3]."""
-        mean = mean_color(self.pixels(light.image), is_srgb=light.is_srgb)
+        mean = self.derived(mean_color, light.image, is_srgb=light.is_srgb)
         return self.row(light.image, is_srgb=light.is_srgb), mean
 
-    def pack(self, data: Any, pack: _Packer) -> None:
+    def put(self, data: Any) -> None:
         """Write all of it."""
-        data.images = pack.records(structs.ImageData, self._table)
+        data.images = self._records
         data.is_filtered = any(record["level_count"] > 1 for record in self._table)
-        data.texels_byte = pack.chunks(self._bytes, wp.uint32, (), np.uint32)
-        data.texels_float = pack.chunks(self._floats, wp.vec4, (4,), np.float32)
-        data.srgb_decode = pack.array(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32), wp.float32)
+        data.texels_byte = self._texels_byte
+        data.texels_float = self._texels_float
+        data.srgb_decode = self._srgb_decode
 
-    def _add(self, image: int, is_srgb: bool) -> int:
-        pixels = self._images[image].pixels
-        row = len(self._table)
-        if image not in self._offsets:  # the image itself is the same by either curve
-            self._offsets[image] = self._append(pixels)
-        self._describe(pixels, self._offsets[image], is_srgb)
-        if self._has_pyramids:
-            for level in coarser_levels(pixels, is_srgb=is_srgb):
-                self._describe(level, self._append(level), is_srgb)
-        self._table[row]["level_count"] = len(self._table) - row
-        return row
-
-    def _append(self, pixels: np.ndarray) -> int:
-        count = pixels.shape[0] * pixels.shape[1]
-        if pixels.dtype != np.uint8:
-            self._floats.append(pixels.reshape(-1, 4))
-            self._float_count += count
-            return self._float_count - count
-        self._bytes.append(np.ascontiguousarray(pixels).view("<u4").reshape(-1))
-        self._byte_count += count
-        return self._byte_count - count
+    def _upload(self, reads: Sequence[tuple[int, bool]], pack: _Packer) -> None:
+        texels = _Texels()
+        offsets: dict[int, int] = {}
+        for image, is_srgb in reads:
+            pixels = self._images[image].pixels
+            row = self._rows[image, is_srgb] = len(self._table)
+            if image not in offsets:  # the image itself is the same by either curve
+                offsets[image] = texels.append(pixels)
+            self._describe(pixels, offsets[image], is_srgb)
+            if self._has_pyramids:
+                for level in coarser_levels(pixels, is_srgb=is_srgb):
+                    self._describe(level, texels.append(level), is_srgb)
+            self._table[row]["level_count"] = len(self._table) - row
+        self._records = pack.records(structs.ImageData, self._table)
+        self._texels_byte = pack.chunks(texels.bytes, wp.uint32, (), np.uint32)
+        self._texels_float = pack.chunks(texels.floats, wp.vec4, (4,), np.float32)
+        decode = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
+        self._srgb_decode = pack.array(decode, wp.float32)
 
     def _describe(self, pixels: np.ndarray, offset: int, is_srgb: bool) -> None:
         height, width = pixels.shape[:2]
         is_float = pixels.dtype != np.uint8
         record = {"offset": offset, "width": width, "height": height, "is_float": is_float, "is_srgb": is_srgb}
         self._table.append({**record, "level_count": 0})
+
+
+class _Texels:
+    """Texels of images, one after the other: those of 8 bits and those in float32."""
+
+    def __init__(self) -> None:
+        self.bytes: list[np.ndarray] = []
+        self.floats: list[np.ndarray] = []
+        self._byte_count = self._float_count = 0
+
+    def append(self, pixels: np.ndarray) -> int:
+        """Add those of an image, shape [height, width, 4], and return where they begin among their kind."""
+        count = pixels.shape[0] * pixels.shape[1]
+        if pixels.dtype != np.uint8:
+            self.floats.append(pixels.reshape(-1, 4))
+            self._float_count += count
+            return self._float_count - count
+        self.bytes.append(np.ascontiguousarray(pixels).view("<u4").reshape(-1))
+        self._byte_count += count
+        return self._byte_count - count
+
+
+def _image_reads(scene: Scene) -> tuple[tuple[int, bool], ...]:
+    """Return the images that are read, each with whether as sRGB."""
+    readers: list[Texture | Light | Dome] = [*scene.textures, *scene.lights, *scene.domes]
+    return tuple(dict.fromkeys((reader.image, reader.is_srgb) for reader in readers if reader.image >= 0))
+
+
+def _irradiance(pixels: np.ndarray, *, is_srgb: bool) -> np.ndarray:
+    return irradiance_map(pixels, is_srgb=is_srgb, size=(int(IRRADIANCE_HEIGHT), int(IRRADIANCE_WIDTH)))
+
+
+def _bright_cells(pixels: np.ndarray, *, is_srgb: bool) -> tuple[np.ndarray, int, int]:
+    return bright_cells(pixels, is_srgb=is_srgb, size=_MOST_CELLS)
 
 
 def _pack_lights(
@@ -376,14 +440,12 @@ def _dome_record(
     offset = cells_offset = -1
     rows = columns = 0
     if dome.image >= 0:
-        pixels = images.pixels(dome.image)
         offset = sum(len(m) for m in maps)
-        size = (int(IRRADIANCE_HEIGHT), int(IRRADIANCE_WIDTH))
-        irradiance = irradiance_map(pixels, is_srgb=dome.is_srgb, size=size)
+        irradiance = images.derived(_irradiance, dome.image, is_srgb=dome.is_srgb)
         maps.append((irradiance * dome.radiance).reshape(-1, 3))
         if cells is not None:
             cells_offset = sum(len(c) for c in cells)
-            sums, rows, columns = bright_cells(pixels, is_srgb=dome.is_srgb, size=_MOST_CELLS)
+            sums, rows, columns = images.derived(_bright_cells, dome.image, is_srgb=dome.is_srgb)
             cells.append(sums)
     return {
         "axis_x": axes[0],

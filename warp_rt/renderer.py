@@ -63,6 +63,7 @@ class Renderer:
         on_compile: Called once if kernels have to be compiled, which takes seconds.
         previous: A renderer of a scene like this one, such as the frame before. Where only points and
             transforms differ, its hierarchy is refitted instead of built, unless it has become much dearer to trace.
+            Its images on the device are shared where ``Scene.images`` holds the same objects.
 
     Raises:
         DeviceError: There is no such device.
@@ -104,12 +105,13 @@ class Renderer:
                 threads=self.threads,
             )
         with self._clock("upload"):
-            self._device_scene = upload_scene(
+            self._device_scene: DeviceScene = upload_scene(
                 scene,
                 device=self.device,
                 placement=self.accel.placement,
                 texture_filter=self.options.texture_filter,
                 samples_domes=bool(self.options.light_samples),
+                previous=None if previous is None else previous._device_scene,
             )
 
     def _refit(self, previous: Renderer | None) -> Accel | None:

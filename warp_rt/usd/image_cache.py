@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
-from pxr import Sdf, Usd, UsdShade
+from pxr import Ar, Sdf, Usd, UsdShade
 
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
@@ -22,18 +24,50 @@ UNREADABLE_FILE = "W202"
 UDIM_TILES = "W203"
 
 
-class ImageCache:
-    """Reads images and keeps them by path."""
+Kept = TypeVar("Kept")
 
-    def __init__(self, report: Report) -> None:
+
+class KeptImages:
+    """What was made of image files for the scenes of one source, so that scenes share it: what the latest one used."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, Any] = {}
+        self._used: dict[Hashable, Any] = {}
+
+    def get(self, recipe: Hashable, make: Callable[[], Kept]) -> Kept:
+        """Return what ``make`` returns, or has returned for this scene or the one before.
+
+        Args:
+            recipe: From which files, in which state, and how it is made.
+            make: Makes it.
+        """
+        if recipe not in self._used:
+            self._used[recipe] = self._kept[recipe] if recipe in self._kept else make()
+        made: Kept = self._used[recipe]
+        return made
+
+    def end_scene(self) -> None:
+        """Drop all that was not asked for since the last call."""
+        self._kept, self._used = self._used, {}
+
+
+class ImageCache:
+    """Reads the images of one scene.
+
+    Args:
+        report: Takes the diagnostics.
+        kept: What scenes before have read.
+    """
+
+    def __init__(self, report: Report, kept: KeptImages | None = None) -> None:
         self.images: list[Image] = []
         """Rows of ``Scene.images``."""
         self._is_srgb: list[bool] = []
-        self._rows: dict[str, int | str] = {}
-        self._converted: dict[tuple[int, ColorSpace], int] = {}
-        self._mixed: dict[tuple[int, bool, bytes], int] = {}
+        self._recipes: list[Hashable] = []  # of each row
+        self._rows: dict[Hashable, int] = {}  # of each recipe
+        self._files: dict[str, int | str] = {}  # row by path, or why there is none
         self._atlases: dict[str, tuple[int, np.ndarray]] = {}
-        self._environments: dict[tuple[int, str, bool], int] = {}
+        self._kept = kept or KeptImages()
         self._report = report
 
     def load(self, asset: Sdf.AssetPath, prim: object) -> int:
@@ -44,12 +78,12 @@ class ImageCache:
             message = f"the image @{name}@ is not found" if name else "no image file is named"
             self._report.warn(MISSING_FILE, prim, message)
             return -1
-        if path not in self._rows:
+        if path not in self._files:
             try:
-                self._rows[path] = self._add(path, read_image_file(path))
+                self._files[path] = self._row(_state(path), lambda: _Decoded.of(path, read_image_file(path)))
             except SceneError as error:
-                self._rows[path] = str(error)
-        row = self._rows[path]
+                self._files[path] = str(error)
+        row = self._files[path]
         if isinstance(row, str):
             self._report.warn(UNREADABLE_FILE, prim, f"the image @{asset.path}@ cannot be used: {row}")
             return -1
@@ -74,7 +108,12 @@ class ImageCache:
             self._report.warn(MISSING_FILE, prim, f"the image @{asset.path}@ is not found, not one tile of it")
             return -1, np.eye(2, 3)
         if paths[0][0] not in self._atlases:
-            self._atlases[paths[0][0]] = self._join_tiles(paths, asset, prim)
+            recipe = (asset.path, *(_state(path) for path, _ in paths))
+            atlas = self._kept.get(recipe, lambda: _join_tiles(paths, asset.path))
+            for code, message in atlas.notes:
+                self._report.warn(code, prim, message)
+            row = -1 if atlas.decoded is None else self._add(recipe, atlas.decoded)
+            self._atlases[paths[0][0]] = row, atlas.transform
         return self._atlases[paths[0][0]]
 
     def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
@@ -95,12 +134,10 @@ class ImageCache:
             return row, is_srgb
         if not has_proportions(layout, width, height):
             return -1, False
-        key = (row, layout, is_srgb)
-        if key not in self._environments:
-            self.images.append(Image(self.images[row].path, to_latlong(pixels, layout, is_srgb=is_srgb)))
-            self._is_srgb.append(False)
-            self._environments[key] = len(self.images) - 1
-        return self._environments[key], False
+        path = self.images[row].path
+        recipe = ("latlong", self._recipes[row], layout, is_srgb)
+        made = self._row(recipe, lambda: _Decoded(Image(path, to_latlong(pixels, layout, is_srgb=is_srgb)), False))
+        return made, False
 
     def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
         """Return the row of an image to read, and whether to decode it by the sRGB curve.
@@ -132,12 +169,14 @@ class ImageCache:
             return row, False
         if space.is_linear_rec709 or space.is_srgb:
             return row, space.is_srgb
-        if (row, space) not in self._converted:
-            image = self.images[row]
+        image = self.images[row]
+
+        def converted() -> _Decoded:
             pixels = image.pixels.astype(np.float32) / (255 if image.pixels.dtype == np.uint8 else 1)
             pixels[..., :3] = space.to_linear(pixels[..., :3])
-            self._converted[row, space] = self._add(image.path, ImageFile(pixels, 4))
-        return self._converted[row, space], False
+            return _Decoded(Image(image.path, pixels), False)
+
+        return self._row(("in space", self._recipes[row], space), converted), False
 
     def mixed(self, row: int, is_srgb: bool, matrix: np.ndarray) -> int:
         """Return the row of an image whose channels are others of, or sums over, those of an image.
@@ -147,48 +186,92 @@ class ImageCache:
             is_srgb: Whether it is decoded by the sRGB curve.
             matrix: Acts on decoded texels, shape [4, 4].
         """
-        key = (row, is_srgb, matrix.tobytes())
-        if key not in self._mixed:
-            image = self.images[row]
+        image = self.images[row]
+
+        def mixed() -> _Decoded:
             pixels = image.pixels.astype(np.float32) / (255 if image.pixels.dtype == np.uint8 else 1)
             if is_srgb:
                 pixels[..., :3] = linear_from_srgb(pixels[..., :3])
-            self._mixed[key] = self._add(image.path, ImageFile(pixels @ matrix.T.astype(np.float32), 4))
-        return self._mixed[key]
+            return _Decoded(Image(image.path, pixels @ matrix.T.astype(np.float32)), False)
 
-    def _add(self, path: str, file: ImageFile) -> int:
-        self.images.append(Image(path, file.pixels))
-        self._is_srgb.append(file.is_srgb_by_default)
+        return self._row(("mixed", self._recipes[row], is_srgb, matrix.tobytes()), mixed)
+
+    def _row(self, recipe: Hashable, make: Callable[[], _Decoded]) -> int:
+        """Return the row of an image, which is made where neither this scene nor the one before has it."""
+        if recipe not in self._rows:
+            self._rows[recipe] = self._add(recipe, self._kept.get(recipe, make))
+        return self._rows[recipe]
+
+    def _add(self, recipe: Hashable, decoded: _Decoded) -> int:
+        self.images.append(decoded.image)
+        self._is_srgb.append(decoded.is_srgb)
+        self._recipes.append(recipe)
         return len(self.images) - 1
 
-    def _join_tiles(
-        self, paths: Sequence[tuple[str, str]], asset: Sdf.AssetPath, prim: object
-    ) -> tuple[int, np.ndarray]:
-        tiles: dict[tuple[int, int], ImageFile] = {}
-        for path, number in paths:
-            try:
-                tiles[divmod(int(number) - 1001, 10)] = read_image_file(path)
-            except SceneError as error:
-                self._report.warn(UNREADABLE_FILE, prim, f"tile {number} of @{asset.path}@ cannot be used: {error}")
-        if not tiles:
-            return -1, np.eye(2, 3)
-        first = next(iter(tiles.values()))
-        for key in [key for key, tile in tiles.items() if tile.pixels.dtype != first.pixels.dtype]:
-            del tiles[key]
-            message = f"tile {1001 + key[1] + 10 * key[0]} of @{asset.path}@ is of another type than the rest; left out"
-            self._report.warn(UDIM_TILES, prim, message)
-        bottom, left = np.min(list(tiles), axis=0)
-        rows, columns = np.max(list(tiles), axis=0) - (bottom, left) + 1
-        height, width = np.max([tile.pixels.shape[:2] for tile in tiles.values()], axis=0)
-        if rows * height * columns * width > MAX_TEXELS:
-            message = f"the tiles of @{asset.path}@ have more than {MAX_TEXELS} texels together; the fallback is used"
-            self._report.warn(UDIM_TILES, prim, message)
-            return -1, np.eye(2, 3)
-        joint = np.zeros((rows, height, columns, width, 4), first.pixels.dtype)
-        for (row, column), tile in tiles.items():
-            # Smaller tiles are enlarged texel by texel.
-            y, x = (np.arange(n) * have // n for n, have in zip((height, width), tile.pixels.shape, strict=False))
-            joint[row - bottom, :, column - left] = tile.pixels[np.ix_(y, x)]
-        file = ImageFile(joint.reshape(rows * height, columns * width, 4), first.channel_count)
-        transform = np.array([[1 / columns, 0, -left / columns], [0, 1 / rows, -bottom / rows]])
-        return self._add(asset.path, file), transform
+
+@dataclass(frozen=True)
+class _Decoded:
+    """An image, and whether its texels are sRGB encoded where nothing is said."""
+
+    image: Image
+    is_srgb: bool
+
+    @staticmethod
+    def of(path: str, file: ImageFile) -> _Decoded:
+        return _Decoded(Image(path, file.pixels), file.is_srgb_by_default)
+
+
+@dataclass(frozen=True)
+class _Atlas:
+    """Tiles side by side."""
+
+    decoded: _Decoded | None
+    """None where they cannot be used."""
+    transform: np.ndarray
+    """From texture coordinates to those of the joint image, shape [2, 3]."""
+    notes: list[tuple[str, str]]
+    """Codes and messages of diagnostics."""
+
+
+def _state(path: str) -> tuple[str, float]:
+    """Return a resolved path, and when the file that is there has been written."""
+    written = Ar.GetResolver().GetModificationTimestamp(path, Ar.ResolvedPath(path))
+    return path, written.GetTime() if written.IsValid() else 0.0
+
+
+def _join_tiles(paths: Sequence[tuple[str, str]], name: str) -> _Atlas:
+    """Return the joint image of tiles.
+
+    Args:
+        paths: Resolved, with the number of each.
+        name: What the scene calls them all.
+    """
+    notes: list[tuple[str, str]] = []
+    tiles: dict[tuple[int, int], ImageFile] = {}
+    for path, number in paths:
+        try:
+            tiles[divmod(int(number) - 1001, 10)] = read_image_file(path)
+        except SceneError as error:
+            notes.append((UNREADABLE_FILE, f"tile {number} of @{name}@ cannot be used: {error}"))
+    if not tiles:
+        return _Atlas(None, np.eye(2, 3), notes)
+    first = next(iter(tiles.values()))
+    for key in [key for key, tile in tiles.items() if tile.pixels.dtype != first.pixels.dtype]:
+        del tiles[key]
+        message = f"tile {1001 + key[1] + 10 * key[0]} of @{name}@ is of another type than the rest; left out"
+        notes.append((UDIM_TILES, message))
+    bottom, left = np.min(list(tiles), axis=0)
+    rows, columns = np.max(list(tiles), axis=0) - (bottom, left) + 1
+    height, width = np.max([tile.pixels.shape[:2] for tile in tiles.values()], axis=0)
+    if rows * height * columns * width > MAX_TEXELS:
+        message = f"the tiles of @{name}@ have more than {MAX_TEXELS} texels together; the fallback is used"
+        notes.append((UDIM_TILES, message))
+        return _Atlas(None, np.eye(2, 3), notes)
+    joint = np.zeros((rows, height, columns, width, 4), first.pixels.dtype)
+    for (row, column), tile in tiles.items():
+        # Smaller tiles are enlarged texel by texel.
+        y, x = (np.arange(n) * have // n for n, have in zip((height, width), tile.pixels.shape, strict=False))
+        joint[row - bottom, :, column - left] = tile.pixels[np.ix_(y, x)]
+    file = ImageFile(joint.reshape(rows * height, columns * width, 4), first.channel_count)
+    transform = np.array([[1 / columns, 0, -left / columns], [0, 1 / rows, -bottom / rows]])
+    return _Atlas(_Decoded.of(name, file), transform, notes)

@@ -20,6 +20,7 @@ from warp_rt.usd.cameras import read_camera, report_hidden
 from warp_rt.usd.draw_modes import StandInReader
 from warp_rt.usd.gprims import GprimReader, Gprims
 from warp_rt.usd.ies import ProfileCache
+from warp_rt.usd.image_cache import KeptImages
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
@@ -64,6 +65,7 @@ def load_stage(
     draw_modes: bool = True,
     base_time: float | None = None,
     levels: Mapping[str, int] | None = None,
+    images: KeptImages | None = None,
 ) -> Scene:
     """Return the scene that a stage shows at one time.
 
@@ -82,6 +84,7 @@ def load_stage(
         base_time: The frame that ``time`` is a moment of, while its shutter is open: velocities carry points from the
             sample at or before the frame. None: ``time`` is a frame itself.
         levels: Refinements of the surfaces of some prims, by path.
+        images: What scenes before have read of image files.
 
     Raises:
         SceneError: The file is missing or is not USD, or there are no such settings.
@@ -102,7 +105,7 @@ def load_stage(
         chosen = {"default", *purposes} if purposes is not None else terms.purposes or DEFAULT_PURPOSES
         # Hydra's sense of motion: what moves blurs, but lights and materials are as they are at the frame.
         base = code if base_time is None else Usd.TimeCode(base_time)
-        materials = MaterialReader(stage, base, report, terms.binding_purpose)
+        materials = MaterialReader(stage, base, report, terms.binding_purpose, images)
         reader = GprimReader(code, materials, report, level, base, levels)
         stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
         walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report, base_time=base)

@@ -22,7 +22,7 @@ from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
 from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
 from warp_rt.usd.foreign_surfaces import ForeignReader
-from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.image_cache import ImageCache, KeptImages
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
 from warp_rt.usd.textures import InputReader
 
@@ -52,12 +52,20 @@ class MaterialReader:
         time: When they are read.
         report: Takes the diagnostics.
         purpose: ``full`` or ``preview``, which fall back to bindings without a purpose, or empty for those alone.
+        images: What scenes before have read.
     """
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report, purpose: str = "full") -> None:
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        time: Usd.TimeCode,
+        report: Report,
+        purpose: str = "full",
+        images: KeptImages | None = None,
+    ) -> None:
         self.materials: list[Material] = []
         """Rows of ``Scene.materials``."""
-        self._images = ImageCache(report)
+        self._images = ImageCache(report, images)
         self._inputs = InputReader(self._images, time, report)
         self._rows: dict[Sdf.Path, int] = {}
         self._bound: dict[Bindings, int] = {}

@@ -12,6 +12,7 @@ from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Product, Scene
+from warp_rt.usd.image_cache import KeptImages
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.settings import read_settings, settings_of_pass
 from warp_rt.usd.stage import captured_warnings, open_stage
@@ -58,6 +59,7 @@ class StageSource:
         self._told = tuple(report)
         self._is_own = not isinstance(path_or_stage, Usd.Stage)  # so that nobody changes it meanwhile
         self._latest: tuple[tuple[float | None, Mapping[str, int] | None], Scene] | None = None
+        self._images = KeptImages()
         self._default_time = default_time
         self._purposes = purposes
         self._settings_path = settings_path
@@ -77,7 +79,10 @@ class StageSource:
     def scene(
         self, time: float | None = None, *, base_time: float | None = None, levels: Mapping[str, int] | None = None
     ) -> Scene:
-        """Return the scene at a time; arguments and errors as ``load_stage`` has them."""
+        """Return the scene at a time; arguments and errors as ``load_stage`` has them.
+
+        Its images are those of the scene before, the same objects, where the files are the same.
+        """
         asked = (time, levels)
         if self._latest is not None and base_time is None and self._latest[0] == asked:
             return self._latest[1]  # another picture of the same frame
@@ -92,7 +97,9 @@ class StageSource:
             draw_modes=self._draw_modes,
             base_time=base_time,
             levels=levels,
+            images=self._images,
         )
+        self._images.end_scene()
         scene = replace(scene, source=self._source, diagnostics=(*self._told, *scene.diagnostics))
         if base_time is None and self._is_own:
             self._latest = asked, scene
