@@ -11,6 +11,7 @@ from pxr import Usd
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, local_bounds, local_boxes
 from warp_rt.usd.authored import AuthoredReader
+from warp_rt.usd.load import load_stage
 from warp_rt.usd.mesh import read_meshes
 from warp_rt.usd.sources import Source
 from warp_rt.usd.volumes import enclose_volumes
@@ -88,3 +89,15 @@ def test_boxes_of_many_meshes_are_those_of_each() -> None:
     meshes.append(Mesh(CORNERS, np.zeros((0, 3), np.int32)))
     expected = np.array([local_bounds(mesh) for mesh in meshes])
     np.testing.assert_array_equal(local_boxes(meshes), expected)
+
+
+@pytest.mark.parametrize("body", ["int[] faceVertexCounts = [2]", "int[] faceVertexCounts = [9]"])
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_smooth_mesh_of_no_face_to_draw_costs_only_itself(body: str, others: int) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    bad = f'def Mesh "bad" {{\n{POINTS}\n{body}\nint[] faceVertexIndices = [0, 1]\n}}\n'
+    good = f'def Mesh "good" {{\n{POINTS}\n{BODIES[0]}\nuniform token subdivisionScheme = "none"\n}}\n'
+    stage.GetRootLayer().ImportFromString("#usda 1.0\n" + bad + good * others)
+    scene = load_stage(stage)
+    assert [scene.prims[row] for row in scene.instances.prim] == ["/good"] * others
+    assert any(record.prim == "/bad" and record.is_warning for record in scene.diagnostics)

@@ -95,6 +95,7 @@ def smooth_normals(points: np.ndarray, polygons: Polygons) -> np.ndarray:
     weighted = np.cross(following - here, previous - here)
     vertex = polygons.indices[corner]
     sums = np.stack([np.bincount(vertex, weighted[:, axis], len(points)) for axis in range(3)], axis=1)
+    sums = sums.astype(np.float64, copy=False)  # of no corners, bincount makes integers
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0).astype(np.float32)
 
