@@ -116,6 +116,17 @@ def test_a_prim_with_constant_influences_moves_as_a_whole() -> None:
         np.testing.assert_allclose(image, expected, atol=1e-6)
 
 
+def test_a_light_moves_with_the_mesh_that_shines() -> None:
+    joints = JOINTS.replace("[0, 1, 1, 0]", "[1]").replace("[1, 1, 1, 1]", "[1]").replace('"vertex"', '"constant"')
+    shining = BOUND.replace("]", ', "MeshLightAPI"]')
+    scene = load_stage(stage_of(f'def Mesh "m" ({shining}) {{ {QUAD} {joints}\nfloat inputs:intensity = 1\n}}'))
+    (light,) = scene.lights
+    np.testing.assert_array_equal(light.world_from_light, scene.instances.world_from_local[0])
+    corners = light.triangles @ light.world_from_light[:3, :3].T + light.world_from_light[:3, 3]
+    np.testing.assert_allclose(corners, world_points(scene)[scene.meshes[0].triangles], atol=1e-6)
+    assert np.abs(light.world_from_light[:3, :3] - np.eye(3)).max() > 0.9
+
+
 def test_instances_have_their_own_pose() -> None:
     """The animation is inherited from above the instance, so that one prototype stands in two poses."""
     source = stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS}\n}}')

@@ -41,6 +41,7 @@ MAX_DEPTH = 256  # of namespace
 MAX_NESTING = 64  # of instances within instances
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
+_SKINNED = (*geometry.TYPES, *implicit.TYPES)
 _PURPOSES = ("default", "render", "proxy", "guide")
 _RENDER_TYPES = ("RenderSettings", "RenderPass")
 
@@ -167,8 +168,10 @@ class StageWalk:
                 if self._is_shown(here):
                     self._add_stand_in(prim, here, builder)
                 return None
+        is_drawn = prim_type.is_boundable and self._is_shown(here)
+        skin = self._read_skin(prim) if is_drawn and here.is_skinned and kind in _SKINNED else None
         if prim_type.is_light:
-            builder.add_light(PlacedPrim(prim, here.matrix, here.name(prim)))
+            builder.add_light(PlacedPrim(prim, _posed(here.matrix, skin), here.name(prim)))
         elif kind == "Camera":
             builder.add_camera(PlacedPrim(prim, here.matrix, here.name(prim)))
         elif kind in _RENDER_TYPES:
@@ -182,8 +185,8 @@ class StageWalk:
             if self._is_shown(here):
                 self._prototypes.add_point_instances(prim, passed_on, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
-        if prim_type.is_boundable and self._is_shown(here):
-            self._draw(prim, prim_type, authored, here, passed_on, builder)
+        if is_drawn:
+            self._draw(prim, prim_type, authored, skin, here, passed_on, builder)
         if prim.IsInstance():
             self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
             return None
@@ -219,6 +222,7 @@ class StageWalk:
         prim: Usd.Prim,
         prim_type: PrimType,
         authored: Authored,
+        skin: Skin | None,
         here: Context,
         passed_on: Context,
         builder: GroupBuilder,
@@ -226,7 +230,6 @@ class StageWalk:
         """Add a prim's geometry to the group, if it has any."""
         kind = prim_type.name
         if kind in geometry.TYPES:
-            skin = self._read_skin(prim) if here.is_skinned else None
             row = self._gprims.add(prim, passed_on, authored, skin)
             builder.add_gprim(row, _posed(here.matrix, skin), here.constants)
         elif kind in implicit.TYPES:
@@ -236,8 +239,7 @@ class StageWalk:
                 values = here.constants
                 if authored.primvars:
                     values = {**values, **read_constants(prim, self._time, self._report)}
-                posed = _posed(here.matrix, self._read_skin(prim) if here.is_skinned else None)
-                builder.add_gprim(row, posed @ shape.local_from_unit, values)
+                builder.add_gprim(row, _posed(here.matrix, skin) @ shape.local_from_unit, values)
         elif kind not in _NOT_GEOMETRY and not prim_type.is_light:
             self._report.warn(UNSUPPORTED, prim.GetPath(), f"{kind} is not supported yet: left out")
 
