@@ -165,3 +165,22 @@ def test_what_does_not_fit_is_told() -> None:
     assert codes(one(4, good, "double[] pointWeights = [1, 2, 3]")) == {"W117"}
     assert codes(one(4, good, "double2[] ranges = [(0, 1), (0, 1)]")) == {"W117"}
     assert codes(one(0, [0] * 6)) == {"W117"}
+
+
+@pytest.mark.parametrize("order", [32, 33])
+def test_orders_above_the_bound_are_left_out_and_told(order: int) -> None:
+    """A single Bezier piece begins and ends at its end points."""
+    points = [(float(k), float(k % 2), 0.0) for k in range(order)]
+    knots = [0] * order + [1] * order
+    scene = load(
+        f"int[] curveVertexCounts = [{order}]\nint[] order = [{order}]\ndouble[] knots = {knots}\n{WIDTHS}", points
+    )
+    if order > 32:
+        assert [record.message for record in scene.diagnostics if record.code == "W117"] == [
+            "1 curves left out: their order is above 32"
+        ]
+        assert scene.meshes == ()
+    else:
+        assert codes(scene) == set()
+        ends = shapes_of(scene).points[[0, -1], [0, 3]]
+        np.testing.assert_allclose(ends, [points[0], points[-1]], atol=1e-5)

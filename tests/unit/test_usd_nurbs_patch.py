@@ -303,3 +303,23 @@ def test_what_can_be_repaired_is_repaired() -> None:
     assert area(mesh_of(weights)) == pytest.approx(6)
     form = load(f'{FLAT}\n{U}{V}uniform token uForm = "round"')
     assert codes(form) == ["W114"]
+
+
+@pytest.mark.parametrize("order", [32, 33])
+def test_orders_above_the_bound_are_told(order: int) -> None:
+    points = [(x, y, 0) for y in range(2) for x in range(order)]
+    knots = [0] * order + [1] * order
+    patch = load(
+        f"point3f[] points = {points}\nint uVertexCount = {order}\nint uOrder = {order}\ndouble[] uKnots = {knots}\n"
+        "int vVertexCount = 2\nint vOrder = 2\ndouble[] vKnots = [0, 0, 1, 1]"
+    )
+    assert codes(patch) == (["W141"] if order > 32 else [])
+    assert (patch.meshes == ()) == (order > 32)
+    loop = [(2 + float(np.cos(t)), 2 + float(np.sin(t)), 1.0) for t in np.linspace(0, 2 * np.pi, order)]
+    trim = load(
+        f"{SQUARE}int[] trimCurve:counts = [1]\nint[] trimCurve:orders = [{order}]\n"
+        f"int[] trimCurve:vertexCounts = [{order}]\ndouble[] trimCurve:knots = {knots}\n"
+        f"double2[] trimCurve:ranges = [(0, 1)]\ndouble3[] trimCurve:points = {loop}"
+    )
+    assert codes(trim) == (["W142"] if order > 32 else [])
+    assert (area(mesh_of(trim)) > 15.9) == (order > 32)

@@ -13,6 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
+# Degree + 1. Weights of Bezier points take work and memory by its cube; modellers write 4, seldom more than 8.
+MAX_ORDER = 32
+
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
@@ -85,10 +88,9 @@ def bezier_weights(knots: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.
         points = np.broadcast_to(np.eye(degree + 1), (len(knots), degree + 1, degree + 1)).copy()
         for level in range(1, degree + 1):
             argument = start if level <= degree - row else end
-            for i in range(degree, level - 1, -1):
-                low, high = knots[:, i - 1], knots[:, i + degree - level]
-                share = ((argument - low) / (high - low))[:, None]
-                points[:, i] = (1 - share) * points[:, i - 1] + share * points[:, i]
+            low, high = knots[:, level - 1 : degree], knots[:, degree : 2 * degree - level + 1]
+            share = ((argument[:, None] - low) / (high - low))[..., None]
+            points[:, level:] = (1 - share) * points[:, level - 1 : -1] + share * points[:, level:]
         weights[:, row] = points[:, degree]
     return weights
 

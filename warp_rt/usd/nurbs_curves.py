@@ -14,7 +14,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
-from warp_rt.splines.pieces import Pieces, bernstein, find_pieces
+from warp_rt.splines.pieces import MAX_ORDER, Pieces, bernstein, find_pieces
 from warp_rt.usd.arrays import double_rows, doubles, integers
 from warp_rt.usd.basis_curves import BAD_CURVES
 from warp_rt.usd.curve_layout import Blend, ShapeLayout, curve_counts, lay_out_polylines, starts
@@ -84,11 +84,15 @@ def lay_out_nurbs_curves(
     first_knot = starts(lengths + orders)
     falls = np.append(0, np.cumsum(~(np.diff(np.where(np.isfinite(knots), knots, np.nan)) >= 0)))
     ascends = falls[first_knot + lengths + orders - 1] == falls[first_knot]
-    is_curve = (orders >= 2) & (orders <= lengths) & ascends
+    is_high = orders > MAX_ORDER
+    if is_high.any():
+        report.warn(BAD_CURVES, prim.GetPath(), f"{is_high.sum()} curves left out: their order is above {MAX_ORDER}")
+    is_curve = (orders >= 2) & (orders <= lengths) & ascends & ~is_high
     ranges = _read_ranges(schema, knots, first_knot, lengths, orders, is_curve, time, report)
     is_curve &= ranges[:, 0] < ranges[:, 1]
-    if not is_curve.all():
-        report.warn(BAD_CURVES, prim.GetPath(), f"{(~is_curve).sum()} curves left out: their knots make no curve")
+    is_bad = ~(is_curve | is_high)
+    if is_bad.any():
+        report.warn(BAD_CURVES, prim.GetPath(), f"{is_bad.sum()} curves left out: their knots make no curve")
     weights = _read_weights(schema, len(points), time, report)
     varying_counts = np.where(is_curve, lengths - orders + 2, 0)
     parts = []

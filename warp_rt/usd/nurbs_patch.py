@@ -17,7 +17,7 @@ from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
 from warp_rt.splines.patch import Patch
-from warp_rt.splines.pieces import Pieces, find_pieces
+from warp_rt.splines.pieces import MAX_ORDER, Pieces, find_pieces
 from warp_rt.splines.tessellation import Tessellation, count_steps, tessellate
 from warp_rt.usd.arrays import doubles
 from warp_rt.usd.attribute_values import AttributeReader, shown
@@ -217,6 +217,9 @@ def _read_pieces(
     count, order = (attributes.value(f"{axis}{name}") for name in ("VertexCount", "Order"))
     if not isinstance(count, int) or not isinstance(order, int) or not 2 <= order <= count:
         give_up(f"{axis}VertexCount is {shown(count)}, {axis}Order {shown(order)}")
+        return None
+    if order > MAX_ORDER:
+        give_up(f"{axis}Order is {order}, above {MAX_ORDER}")
         return None
     knots = doubles(attributes.value(f"{axis}Knots"))
     if knots is None or len(knots) != count + order:

@@ -14,7 +14,7 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.splines.curve import bezier_points, count_steps, polyline
 from warp_rt.splines.patch import Patch
-from warp_rt.splines.pieces import find_pieces
+from warp_rt.splines.pieces import MAX_ORDER, find_pieces
 from warp_rt.splines.trim import CrossingLoopsError, Rings, find_regions
 from warp_rt.usd.arrays import double_rows, doubles, integers
 
@@ -40,7 +40,11 @@ def read_regions(
     if counts is None or not len(counts):
         return None
     path = schema.GetPath()
-    curves = _read_curves(schema, time)
+    orders = integers(schema.GetTrimCurveOrdersAttr().Get(time))
+    if orders is not None and orders.max(initial=0) > MAX_ORDER:
+        report.warn(BAD_TRIM, path, f"not trimmed: a curve's order is {orders.max()}, above {MAX_ORDER}")
+        return None
+    curves = _read_curves(schema, orders, time)
     if curves is None or (counts < 1).any() or counts.sum() != len(curves):
         report.warn(BAD_TRIM, path, "not trimmed: the arrays trimCurve:* do not fit each other")
         return None
@@ -67,9 +71,8 @@ def read_regions(
         return None
 
 
-def _read_curves(schema: UsdGeom.NurbsPatch, time: Usd.TimeCode) -> list[np.ndarray] | None:
+def _read_curves(schema: UsdGeom.NurbsPatch, orders: np.ndarray | None, time: Usd.TimeCode) -> list[np.ndarray] | None:
     """Return homogeneous Bezier points of each curve's pieces, [s, order, 3]; None where the arrays do not fit."""
-    orders = integers(schema.GetTrimCurveOrdersAttr().Get(time))
     vertex_counts = integers(schema.GetTrimCurveVertexCountsAttr().Get(time))
     knots = doubles(schema.GetTrimCurveKnotsAttr().Get(time))
     ranges = double_rows(schema.GetTrimCurveRangesAttr().Get(time), 2)
