@@ -314,6 +314,39 @@ def test_prototypes_may_be_native_instances_overs_and_prims_elsewhere() -> None:
     }
 
 
+@pytest.mark.parametrize("is_plain_first", [True, False])
+def test_class_prims_of_an_asset_show_in_prototypes_of_instancers_alone(is_plain_first: bool) -> None:
+    """An asset that is instanced plainly and by an instancer is drawn by each as if the other were not there."""
+    asset = f'class Xform "P" {{\nclass Mesh "m" {{ {TRIANGLE}\n}}\ndef Mesh "n" {{ {TRIANGLE}\n}}\n}}\n'
+    plain = instance("plain", 4)
+    repeated = f"""def PointInstancer "I" {{
+        rel prototypes = </I/p>
+        int[] protoIndices = [0]
+        point3f[] positions = [(10, 0, 0)]
+        {instance("p", 0)}
+    }}
+    """
+    scene = load(asset + (plain + repeated if is_plain_first else repeated + plain))
+    shown = [name.partition("[")[0] for name in names(scene)]
+    assert sorted(shown) == ["/I", "/I", "/plain"]
+
+
+@pytest.mark.parametrize("is_near_first", [True, False])
+def test_a_prototype_below_one_instancer_and_elsewhere_to_another(is_near_first: bool) -> None:
+    """Constants above the prototype colour it for both: handed down by one, inherited in its own place by the other."""
+    arrays = "rel prototypes = </A/P>\nint[] protoIndices = [0]\npoint3f[] positions = [(0, 0, 0)]\n"
+    near = f"""def PointInstancer "A" {{ {arrays}
+        color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = "constant")
+        def Mesh "P" {{ {TRIANGLE}
+        }}
+    }}
+    """
+    far = f'def PointInstancer "B" {{ {arrays} }}\n'
+    scene = load(near + far if is_near_first else far + near)
+    assert sorted(names(scene)) == ["/A[0]", "/B[0]"]
+    assert scene.instances.primvars["displayColor"].tolist() == [[1, 0, 0]] * 2
+
+
 def test_instancers_that_contain_each_other_are_cut_with_a_code() -> None:
     scene = load(
         f"""

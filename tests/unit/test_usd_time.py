@@ -147,6 +147,33 @@ def test_template_clips(tmp_path: Path) -> None:
     assert [height(load(file, time)) for time in (1, 2, 3)] == [1, 4, 9]
 
 
+@pytest.mark.parametrize("is_far_first", [False, True])
+def test_clips_above_a_prototype_count_whoever_repeats_it(is_far_first: bool, tmp_path: Path) -> None:
+    """What clips hold of the prototype's visibility holds for instancers below the clips and elsewhere."""
+    for name in ("clip.usda", "manifest.usda"):
+        layer = Sdf.Layer.CreateNew(str(tmp_path / name))
+        Sdf.AttributeSpec(Sdf.CreatePrimInLayer(layer, "/c/m"), "visibility", Sdf.ValueTypeNames.Token)
+        if name == "clip.usda":
+            layer.SetTimeSample("/c/m.visibility", 0.0, "inherited")
+            layer.SetTimeSample("/c/m.visibility", 5.0, "invisible")
+        layer.Save()
+    stage = Usd.Stage.CreateNew(str(tmp_path / "stage.usda"))
+    for path in ("/I", "/w") if is_far_first else ("/w", "/I"):
+        UsdGeom.Xform.Define(stage, path)  # in the order of the walk
+    clip = {"primPath": "/c", "manifestAssetPath": Sdf.AssetPath("./manifest.usda")}
+    Usd.ClipsAPI(stage.GetPrimAtPath("/w")).SetClips({"default": clip | explicit({"clip.usda": None}, [(0, 0)])})
+    UsdGeom.Sphere.Define(stage, "/w/m")
+    for path in ("/I", "/w/I"):
+        instancer = UsdGeom.PointInstancer.Define(stage, path)
+        instancer.CreatePrototypesRel().SetTargets(["/w/m"])
+        instancer.CreateProtoIndicesAttr([0])
+        instancer.CreatePositionsAttr([(0, 0, 0)])
+    stage.Save()
+    file = tmp_path / "stage.usda"
+    assert len(load(file, 0).instances) == 3
+    assert len(load(file, 5).instances) == 0
+
+
 @pytest.mark.parametrize("interpolates", [False, True])
 def test_clips_that_lack_a_value(interpolates: bool, tmp_path: Path) -> None:
     """The middle one of three has no points: the manifest's fallback, or what lies between its neighbours."""

@@ -214,6 +214,53 @@ def test_only_constant_primvars_are_inherited_and_own_ones_win() -> None:
     assert own.primvars["displayColor"].values.tolist() == [[0, 1, 0]]
 
 
+def test_a_primvar_that_is_not_constant_blocks_the_only_inherited_one() -> None:
+    """As UsdGeomPrimvarsAPI.FindPrimvarWithInheritance has it."""
+    body = f"""
+        def Xform "a" {{
+            color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = "constant")
+            def Xform "b" {{
+                color3f[] primvars:displayColor = [(0, 0, 1)] (interpolation = "vertex")
+                def Mesh "m" {{ {TRIANGLE} }}
+            }}
+            def Xform "c" {{
+                float[] primvars:other = [1, 2, 3] (interpolation = "vertex")
+                def Mesh "m" {{ {TRIANGLE} }}
+            }}
+        }}"""
+    stage = stage_of(body)
+    scene = load_stage(stage)
+    color = scene.instances.primvars["displayColor"]
+    assert len(scene.instances.prim) == 2
+    for row, prim in enumerate(scene.instances.prim):
+        own = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(scene.prims[prim]))
+        inherited = own.FindPrimvarWithInheritance("displayColor")
+        expected = inherited.Get()[0] if inherited else [np.nan] * 3
+        np.testing.assert_array_equal(color[row], expected)
+
+
+@pytest.mark.parametrize(
+    ("value", "indices", "expected", "code"),
+    [
+        ("(1, 0, 0), (0, 1, 0)", "[1]", (0, 1, 0), None),
+        ("(1, 0, 0)", "[0]", (1, 0, 0), None),
+        ("(1, 0, 0), (0, 1, 0)", "[1, 0]", (0, 1, 0), "W106"),
+        ("(1, 0, 0), (0, 1, 0)", "", (1, 0, 0), "W106"),
+        ("(1, 0, 0), (0, 1, 0)", "[]", None, "W106"),
+        ("(1, 0, 0), (0, 1, 0)", "[2]", None, "W107"),
+    ],
+)
+def test_constants_are_looked_up_by_their_index(value: str, indices: str, expected: tuple, code: str | None) -> None:
+    primvar = f'color3f[] primvars:displayColor = [{value}] (interpolation = "constant")\n'
+    primvar += f"int[] primvars:displayColor:indices = {indices}\n" if indices else ""
+    scene = load(f'def Xform "a" {{ {primvar}\ndef Mesh "m" {{ {TRIANGLE} }}\n}}\ndef Sphere "s" {{ {primvar}\n}}')
+    values = scene.instances.primvars.get("displayColor", np.full((2, 3), np.nan))
+    for row in range(2):
+        np.testing.assert_array_equal(values[row], (np.nan,) * 3 if expected is None else expected)
+    told = {(record.code, record.prim) for record in scene.diagnostics if record.is_warning}
+    assert told == ({(code, "/a"), (code, "/s")} if code else set())
+
+
 def test_a_thousand_spheres_are_one_mesh() -> None:
     spheres = "\n".join(f'def Sphere "s{k}" {{ double radius = {k + 1}\n }}' for k in range(1000))
     scene = load(spheres)

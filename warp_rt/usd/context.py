@@ -98,13 +98,15 @@ def own_level(prim: Usd.Prim, above: int | None, time: Usd.TimeCode, report: Rep
 
 
 def said_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Report) -> Context:
-    """Return the context with what the schemas on a prim and all above it say to those below, and its complexity."""
+    """Return the context with what the schemas on a prim and all above it say, value clips, and its complexity."""
     for path in prim.GetPath().GetPrefixes() if prim else ():
         above = prim.GetStage().GetPrimAtPath(path)
         schemas = [schema for schema in above.GetAppliedSchemas() if schema != "LODRootAPI"]
         context = apply_schemas(above, context, schemas, time, report)
         if above.HasAttribute(COMPLEXITY):
             context = context._replace(level=own_level(above, context.level, time, report))
+        if above.HasAuthoredMetadata("clips"):
+            context = context._replace(has_clips=True)
     return context
 
 
@@ -118,14 +120,23 @@ def hand_down(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeC
         time: When primvars are read.
         report: Takes the diagnostics.
     """
-    primvars = None
+    primvars = here.primvars
     has_heirs = authored.primvars and (
         prim.IsInstance() or prim.GetTypeName() == "PointInstancer" or prim.GetFilteredChildren(here.predicate)
     )
     if has_heirs:
-        primvars = UsdGeom.PrimvarsAPI(prim).FindIncrementallyInheritablePrimvars(list(here.primvars))
+        primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
     bindings = extend_bindings(here.bindings, prim, authored.bindings)
-    if not primvars:
+    if primvars is here.primvars:
         return here if bindings is here.bindings else here._replace(bindings=bindings)
     constants = inherited_constants(primvars, time, report)
     return here._replace(bindings=bindings, primvars=primvars, constants=constants)
+
+
+def _inheritable(own: UsdGeom.PrimvarsAPI, above: Sequence[UsdGeom.Primvar]) -> Sequence[UsdGeom.Primvar]:
+    """Return the constant primvars that prims below inherit: those above themselves where a prim changes nothing."""
+    primvars = own.FindIncrementallyInheritablePrimvars(list(above))
+    # USD returns none both where nothing changes and where the prim's own, not constant, block all of those above.
+    if primvars or any(own.GetPrimvar(primvar.GetPrimvarName()).HasAuthoredValue() for primvar in above):
+        return primvars
+    return above

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -81,6 +81,19 @@ class Layout:
         if elements is None:
             return Primvar(values[indices[0]][None], None)
         return Primvar(values, indices.astype(np.int32)[elements])
+
+
+class _OneElement:
+    """The elements of what has one value for all of it."""
+
+    def element_counts(self, interpolation: str) -> tuple[int, ...]:
+        return (1,)
+
+    def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
+        return Primvar(values[:1] if indices is None else values[indices[:1]], None)
+
+
+_ONE_ELEMENT = _OneElement()
 
 
 def read_primvars(prim: Usd.Prim, layout: Elements, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
@@ -170,28 +183,24 @@ def read_constants(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> dict[s
         name = primvar.GetPrimvarName()
         if name == "normals" or not is_drawable(primvar):
             continue
-        values = _values(primvar, time, report)
-        if values is None:
-            continue
-        if len(values) != 1 or primvar.IsIndexed():
-            report.warn(
-                WRONG_LENGTH, prim.GetPath(), f"{primvar.GetName()} left out: an implicit shape takes one value"
-            )
-        else:
-            found[name] = values[0]
+        single = read_primvar(primvar, _ONE_ELEMENT, time, report)
+        if single is not None:
+            found[name] = single.values[0]
     return found
 
 
-def inherited_constants(primvars: list[UsdGeom.Primvar], time: Usd.TimeCode, report: Report) -> dict[str, np.ndarray]:
+def inherited_constants(
+    primvars: Sequence[UsdGeom.Primvar], time: Usd.TimeCode, report: Report
+) -> dict[str, np.ndarray]:
     """Return the values of primvars that prims below inherit: float32, shape [c], by name."""
     found = {}
     for primvar in primvars:
         name = primvar.GetPrimvarName()
         if name == "normals" or not is_drawable(primvar):
             continue
-        values = _values(primvar, time, report)
-        if values is not None and len(values) == 1:
-            found[name] = values[0]
+        single = read_primvar(primvar, _ONE_ELEMENT, time, report)
+        if single is not None:
+            found[name] = single.values[0]
     return found
 
 

@@ -53,8 +53,8 @@ class Prototypes:
         """Copy the group of an instance's prototype.
 
         The prototype is walked through the first instance that shows it; others share its group if all that they
-        hand down is the same: purposes, the draw mode, levels of detail and the materials. (Primvars they hand down
-        are kept apart by copy.)
+        hand down is the same: what of it is visited, value clips, purposes, the draw mode, levels of detail and the
+        materials. (Primvars they hand down are kept apart by copy.)
 
         Args:
             prim: The instance.
@@ -65,6 +65,7 @@ class Prototypes:
         # Below a SkelRoot each instance has a pose of its own.
         pose = prim.GetPath() if context.is_skinned else None
         style = (
+            *(context.predicate, context.has_clips),
             *(context.purpose, context.draw_mode, context.card_visibility),
             *(context.hidden_purposes, context.lod_override, context.lod_items, context.level),
         )
@@ -128,11 +129,12 @@ class Prototypes:
         if path in self._open:
             self._report.warn(CYCLE, instancer.GetPath(), f"the prototype {path} contains this instancer: left out")
             return None
-        key = (path, context.purpose)
+        is_below = path.HasPrefix(instancer.GetPath())
+        tail_start = len(str(instancer.GetPath())) if is_below else 0
+        key = (path, tail_start, context.purpose)
         group = self._groups.get(key)
         if group is None:
             parent = prototype.GetParent()
-            is_below = path.HasPrefix(instancer.GetPath())
             primvars = (
                 UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars() if parent.IsValid() and not is_below else []
             )
@@ -140,7 +142,7 @@ class Prototypes:
                 matrix=np.eye(4),
                 world_from_group=np.eye(4),
                 path_length=len(str(path)),
-                tail_start=len(str(instancer.GetPath())) if is_below else 0,
+                tail_start=tail_start,
                 predicate=SHOWN_IN_PROTOTYPE,
                 purpose=context.purpose,
                 bindings=read_bindings(parent),
@@ -148,7 +150,6 @@ class Prototypes:
                 constants=inherited_constants(primvars, self._time, self._report),
                 draw_mode=draw_mode(parent, "", self._report) if parent else "default",
                 card_visibility=inherited_card_visibility(parent),
-                has_clips=context.has_clips,
             )
             inside = said_above(parent, inside, self._time, self._report)
             self._open.append(path)
