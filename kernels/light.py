@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Lights as a surface point sees them: direction, distance, irradiance.
+"""Lights as a whole, as a surface point sees them: direction, distance, irradiance.
 
-The first treatment of area lights: each gives exactly the irradiance that its whole, unoccluded shape sends to a small
-surface, by closed form, along the mean direction that this irradiance comes from; one shadow ray goes to its centre.
+What counts where lights are not sampled (``sample_light``): each gives exactly the irradiance that its whole,
+unoccluded shape sends to a small surface, by closed form, along the mean direction that this irradiance comes from;
+one shadow ray goes to its centre.
 So diffuse surfaces above whose horizon the whole light lies are lit exactly, shadows are sharp, and a highlight has the
 size that the surface's roughness gives it.
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What few lights have, in tables that lights refer to by row: links, shadows, profiles."""
+"""What few lights have, in tables that lights refer to by row: links, shadows, profiles, textures, triangles."""
 
 from __future__ import annotations
 

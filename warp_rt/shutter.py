@@ -3,8 +3,9 @@
 """Motion blur: one film, exposed to the scene as it is at several times while the shutter is open.
 
 A picture is the mean of pictures at times within the shutter, so that whatever moves between them blurs: transforms,
-points, topology, lights, the camera. Each sample of a pixel belongs to one of the times, which are
-stratified; its place in the pixel and on the lens is the one that it has in a picture without motion.
+points, topology, primvars, the camera; what lights and materials are, their inputs, is that of the frame. Each sample
+of a pixel belongs to one of the times, which are stratified; its place in the pixel and on the lens is the one that it
+has in a picture without motion.
 
 Reference: Haeberli and Akeley (1990), The Accumulation Buffer: Hardware Support for High-Quality Rendering, SIGGRAPH.
 """

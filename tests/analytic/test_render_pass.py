@@ -144,3 +144,10 @@ def test_without_the_pass_its_collections_do_not_count() -> None:
     scene = load_stage(stage("rel collection:prune:includes = </walls>"))
     assert len(scene.instances) == 2
     assert [record.code for record in scene.diagnostics] == ["N903"]
+
+
+def test_a_collection_that_includes_itself_is_told_by_its_own_code() -> None:
+    collection = "rel collection:prune:includes = [</walls/far>, </P.collection:prune>]"
+    scene = load_stage(stage(collection), pass_path="/P")
+    told = [(record.code, record.prim) for record in scene.diagnostics if record.is_warning]
+    assert told == [("W527", "/P")]

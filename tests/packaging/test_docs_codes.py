@@ -42,3 +42,15 @@ def test_codes_that_other_documents_name_exist():
     listed = set(_rows())
     for path in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
         assert set(re.findall(r"\b[WN]\d{3}\b", path.read_text(encoding="utf-8"))) <= listed, path.name
+
+
+def test_no_two_rules_share_a_code():
+    """Modules that tell one rule import its constant, or name it alike."""
+    names: dict[str, set[str]] = {}
+    for path in (ROOT / "warp_rt").rglob("*.py"):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if not isinstance(node, ast.Assign) or not isinstance(node.value, ast.Constant):
+                continue
+            if isinstance(node.value.value, str) and _CODE.fullmatch(node.value.value):
+                names.setdefault(node.value.value, set()).update(ast.unparse(target) for target in node.targets)
+    assert {code: found for code, found in names.items() if len(found) > 1} == {}

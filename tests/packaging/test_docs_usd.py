@@ -285,6 +285,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "N905": ('def Sphere "s" { token visibility = "invisible" }', {"scene.usda"}),
     "N910": ('def Mesh "m" {}', {"/m"}),
     "N913": ('def Points "c" { point3f[] points = [(0,0,0)]\n}', {"/c"}),
+    "N917": (bound(shader("UsdPreviewSurface", "float inputs:roughnes = 0")), {"/M/S"}),
     "N911": ('def Frobnicator "f" {}', {"/f"}),
     "N915": (
         mesh("normal3f[] normals = [(0,0,1), (0,0,1), (0,0,1), (0,0,1)]", QUAD.replace('"none"', '"catmullClark"')),
@@ -396,6 +397,7 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
         *CASES,
         "W150",
         "W420",
+        "W527",
         "N920",
         "N901",
         "N902",

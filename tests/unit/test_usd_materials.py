@@ -461,6 +461,17 @@ def test_misspelt_inputs_of_our_own_surface_are_named():
     assert (codes, set(material.inputs)) == (["W311"], {"diffuse"})
 
 
+@pytest.mark.parametrize("identifier", ["UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader"])
+def test_inputs_that_a_preview_surface_does_not_have_are_noted_in_one_line(identifier):
+    body = "float inputs:roughnes = 0\ncolor3f inputs:baseColor = (1, 0, 0)\nfloat inputs:displacement = 0"
+    body += "\nfloat inputs:opacityThreshold = 0\nint inputs:useSpecularWorkflow = 0\nfloat inputs:metallic = 1"
+    body += '\ntoken inputs:opacityMode = "transparent"'
+    stage, report = _stage(_material(f'uniform token info:id = "{identifier}"\n{body}')), Report()
+    MaterialReader(stage, TIME, report).bind(stage.GetPrimAtPath("/Mesh"))
+    found = [(d.code, d.prim, "inputs:baseColor, inputs:roughnes;" in d.message, d.is_warning) for d in report]
+    assert found == [("N917", "/M/S", True, False)]
+
+
 @pytest.mark.parametrize(
     ("space", "expected", "codes"),
     [

@@ -7,6 +7,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from pxr import Usd
+
+from warp_rt.report import Report
 
 
 def float_rows(value: Any) -> np.ndarray | None:
@@ -60,6 +63,18 @@ def doubles(value: Any) -> np.ndarray | None:
     """Return numbers: float64, shape [n]; None for anything else."""
     array = _numbers(value)
     return array.astype(np.float64) if array is not None and array.ndim == 1 else None
+
+
+def point_weights(attribute: Usd.Attribute, count: int, time: Usd.TimeCode, code: str, report: Report) -> np.ndarray:
+    """Return the weights of control points, float64, shape [count]; 1 where they are absent or, told, unusable."""
+    value = attribute.Get(time)
+    weights = doubles(value)
+    if weights is None and value is None:
+        return np.ones(count)
+    if weights is None or len(weights) != count or not (np.isfinite(weights).all() and (weights > 0).all()):
+        report.warn(code, attribute.GetPrim().GetPath(), f"pointWeights are not {count} numbers above 0: 1 is taken")
+        return np.ones(count)
+    return weights
 
 
 def double_rows(value: Any, width: int) -> np.ndarray | None:

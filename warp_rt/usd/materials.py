@@ -32,6 +32,7 @@ NO_SURFACE = "W307"
 NORMAL_MAP = "W309"
 DANGLING_BINDING = "W310"
 UNKNOWN_INPUT = "W311"
+UNKNOWN_PREVIEW_INPUTS = "N917"
 
 DISPLAY_COLOR_MATERIAL = "/__displayColor"
 """Path of the material of prims that have none."""
@@ -41,6 +42,7 @@ _WHITTED_INPUTS, _PREVIEW_INPUTS = (
     {name: len(default) for name, default in MATERIAL_DEFAULTS[model].items()}
     for model in (MaterialModel.WHITTED, MaterialModel.PREVIEW)
 )
+_PREVIEW_NAMES = {*_PREVIEW_INPUTS, "displacement", "opacityMode", "opacityThreshold", "useSpecularWorkflow"}
 _RENDER_CONTEXT = "warp_rt"
 
 
@@ -207,13 +209,21 @@ class MaterialReader:
         return inputs
 
     def _warn_unknown_inputs(self, shader: UsdShade.Shader) -> None:
-        """Report misspelt inputs of our own surface; what else a UsdPreviewSurface holds is its exporter's business."""
+        """Report misspelt inputs of our own surface."""
         for port in shader.GetInputs():
             if port.GetBaseName() not in _WHITTED_INPUTS:
                 self._report.warn(UNKNOWN_INPUT, port.GetAttr().GetPath(), "WhittedSurface has no such input; ignored")
 
+    def _note_unknown_inputs(self, shader: UsdShade.Shader) -> None:
+        """Note what a UsdPreviewSurface does not have: a misspelling, or what its exporter keeps there."""
+        names = [port.GetFullName() for port in shader.GetInputs() if port.GetBaseName() not in _PREVIEW_NAMES]
+        if names:
+            message = f"UsdPreviewSurface has no {', '.join(sorted(names))}; ignored"
+            self._report.warn(UNKNOWN_PREVIEW_INPUTS, shader.GetPath(), message)
+
     def _preview_surface(self, path: str, shader: UsdShade.Shader, material: Usd.Prim) -> Material:
         inputs = self._read_inputs(shader, _PREVIEW_INPUTS, material)
+        self._note_unknown_inputs(shader)
         self._check_normal_map(inputs.get("normal"), shader)
         workflow = read_numbers(shader, "useSpecularWorkflow", (1,), self._time, self._report) or (0.0,)
         threshold = read_numbers(shader, "opacityThreshold", (1,), self._time, self._report) or (0.0,)

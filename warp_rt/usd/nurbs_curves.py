@@ -15,7 +15,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.splines.pieces import MAX_ORDER, Pieces, bernstein, find_pieces
-from warp_rt.usd.arrays import double_rows, doubles, integers
+from warp_rt.usd.arrays import double_rows, doubles, integers, point_weights
 from warp_rt.usd.basis_curves import BAD_CURVES
 from warp_rt.usd.curve_layout import Blend, ShapeLayout, curve_counts, lay_out_polylines, starts
 
@@ -93,7 +93,7 @@ def lay_out_nurbs_curves(
     is_bad = ~(is_curve | is_high)
     if is_bad.any():
         report.warn(BAD_CURVES, prim.GetPath(), f"{is_bad.sum()} curves left out: their knots make no curve")
-    weights = _read_weights(schema, len(points), time, report)
+    weights = point_weights(schema.GetPointWeightsAttr(), len(points), time, BAD_CURVES, report)
     varying_counts = np.where(is_curve, lengths - orders + 2, 0)
     parts = []
     degrees = np.unique(orders[is_curve] - 1)
@@ -230,15 +230,3 @@ def _read_ranges(
     if beyond:
         report.warn(BAD_CURVES, schema.GetPath(), f"{beyond} ranges reach beyond their knots: cut")
     return cut
-
-
-def _read_weights(schema: UsdGeom.NurbsCurves, count: int, time: Usd.TimeCode, report: Report) -> np.ndarray:
-    """Return the weights of the control points, float64, shape [count]; 1 where they are absent or, told, unusable."""
-    value = schema.GetPointWeightsAttr().Get(time)
-    weights = doubles(value)
-    if weights is None and value is None:
-        return np.ones(count)
-    if weights is None or len(weights) != count or not (np.isfinite(weights).all() and (weights > 0).all()):
-        report.warn(BAD_CURVES, schema.GetPath(), f"pointWeights are not {count} numbers above 0: 1 is taken")
-        return np.ones(count)
-    return weights

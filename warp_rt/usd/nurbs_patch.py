@@ -19,7 +19,7 @@ from warp_rt.scene import Mesh, Primvar
 from warp_rt.splines.patch import Patch
 from warp_rt.splines.pieces import MAX_ORDER, Pieces, find_pieces
 from warp_rt.splines.tessellation import Tessellation, count_steps, tessellate
-from warp_rt.usd.arrays import doubles
+from warp_rt.usd.arrays import doubles, point_weights
 from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, read_normals, repair_normals
 from warp_rt.usd.motion import read_points
@@ -157,7 +157,8 @@ def read_nurbs_patch(
     if u_count * v_count != len(points):
         report.warn(BAD_PATCH, path, f"left out: {u_count} x {v_count} control points, {len(points)} points")
         return None
-    patch = Patch(points, _read_weights(schema, len(points), time, report), u, v, u_count)
+    weights = point_weights(schema.GetPointWeightsAttr(), len(points), time, BAD_PATCH, report)
+    patch = Patch(points, weights, u, v, u_count)
     if not patch.size > 0:
         report.warn(EMPTY, path, "NurbsPatch of no size")
         return None
@@ -242,15 +243,3 @@ def _read_pieces(
         report.warn(BAD_PATCH, prim.GetPath(), what)
     pieces = find_pieces(knots, np.zeros(1, np.int64), np.array([count]), order - 1, span[None])
     return pieces, count
-
-
-def _read_weights(schema: UsdGeom.NurbsPatch, count: int, time: Usd.TimeCode, report: Report) -> np.ndarray:
-    """Return the weights of the control points, float64, shape [count]; 1 where they are absent or, told, unusable."""
-    value = schema.GetPointWeightsAttr().Get(time)
-    weights = doubles(value)
-    if weights is None and value is None:
-        return np.ones(count)
-    if weights is None or len(weights) != count or not (np.isfinite(weights).all() and (weights > 0).all()):
-        report.warn(BAD_PATCH, schema.GetPath(), f"pointWeights are not {count} numbers above 0: 1 is taken")
-        return np.ones(count)
-    return weights

@@ -18,7 +18,7 @@ from warp_rt.scene import Dome, Instances, Mesh, RayMask, Shapes
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.placement import PlacedPrim
 
-BAD_COLLECTION = "W522"
+BAD_COLLECTION = "W527"
 
 
 class PassCollections:

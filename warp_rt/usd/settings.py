@@ -35,7 +35,6 @@ _POLICIES = (
     "adjustApertureHeight",
     "adjustPixelAspectRatio",
 )
-# What a RenderPass says about prims, and what happens instead.
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
 _BINDING_PURPOSES = ("full", "preview", "")
 _REC_709 = ("", "lin_rec709_scene", "lin_rec709", "lin_srgb")  # names of the space that is rendered in
