@@ -247,6 +247,17 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W412": (light("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = 0"), {"/l"}),
     "W413": (light("SphereLight", 'string inputs:intensity = "x"'), {"/l"}),
+    "W415": (light("SphereLight", "float inputs:shaping:cone:softness = 2", '"ShapingAPI"'), {"/l"}),
+    "N918": (
+        textured(
+            ST + "asset inputs:file = @DIR/good.png@\nfloat4 inputs:bias = (1, 1, 1, 1)",
+            "color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>",
+        )
+        .replace('Sphere "s" (prepend apiSchemas = [', 'Mesh "s" (prepend apiSchemas = ["MeshLightAPI", ')
+        .replace(SPHERE_ST, f"{QUAD}\n{SPHERE_ST}"),
+        {"/s"},
+    ),
+    "N919": (light("DistantLight", "float inputs:shaping:cone:angle = 20", '"ShapingAPI"'), {"/l"}),
     "W419": (light("SphereLight", 'uniform token light:shaderId = "TheirLight"'), {"/l"}),
     "W414": (
         f'def Mesh "l" (prepend apiSchemas = ["MeshLightAPI"]) {{ {QUAD}\n'

@@ -221,10 +221,10 @@ def test_falloff_needs_treat_as_point():
 def test_shaping_is_read_where_authored():
     inputs = (
         "float inputs:shaping:focus = 3\ncolor3f inputs:shaping:focusTint = (0.1, 0.2, 0.3)\n"
-        "float inputs:shaping:cone:angle = 30\nfloat inputs:shaping:cone:softness = 1.5"
+        "float inputs:shaping:cone:angle = 30\nfloat inputs:shaping:cone:softness = 0.5"
     )
     light = _light("SphereLight", inputs)
-    assert (light.focus, light.cone_softness) == (3, 1)
+    assert (light.focus, light.cone_softness) == (3, 0.5)
     assert light.focus_tint == pytest.approx((0.1, 0.2, 0.3))
     assert light.cone_angle == pytest.approx(math.pi / 6)
 
@@ -235,7 +235,36 @@ def test_applied_shaping_has_the_schemas_cone():
 
 
 def test_distant_lights_are_not_shaped():
-    assert _light("DistantLight", "float inputs:shaping:cone:angle = 10").cone_angle == pytest.approx(math.pi)
+    for shaping in ("float inputs:shaping:cone:angle = 10", "asset inputs:shaping:ies:file = @lamp.ies@"):
+        light, codes = _read(f'def DistantLight "L" {{\n{shaping}\n}}')
+        assert light.cone_angle == pytest.approx(math.pi)
+        assert light.profile is None
+        assert codes == ["N919"]
+        assert _read(f'def DomeLight "L" {{\n{shaping}\n}}')[1] == ["N919"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "inputs", "name", "value"),
+    [
+        ("SphereLight", "float inputs:shaping:focus = -3", "focus", 0),
+        ("SphereLight", "float inputs:shaping:cone:angle = 200", "cone_angle", math.pi),
+        ("SphereLight", "float inputs:shaping:cone:angle = -20", "cone_angle", 0),
+        ("SphereLight", "float inputs:shaping:cone:softness = 1.5", "cone_softness", 1),
+        ("DistantLight", "float inputs:angle = -1", "angle", 0),
+        ("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = -1\nbool inputs:normalize = 1", "radius", 1),
+    ],
+)
+def test_values_out_of_their_range_are_taken_as_the_nearest(kind, inputs, name, value):
+    light, codes = _read(f'def {kind} "L" {{\n{inputs}\n}}')
+    assert (getattr(light, name), codes) == (pytest.approx(value), ["W415"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "size"),
+    [("SphereLight", "radius"), ("RectLight", "width"), ("RectLight", "height"), ("CylinderLight", "length")],
+)
+def test_a_negative_size_is_none(kind, size):
+    assert _read(f'def {kind} "L" {{\nfloat inputs:{size} = -2\n}}') == (None, ["W415", "W409"])
 
 
 # --- shadows

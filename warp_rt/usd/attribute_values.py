@@ -72,6 +72,15 @@ class AttributeReader:
         """Return a number; ``default`` where neither stage nor schema has one."""
         return self.vector(name, (default,))[0]
 
+    def within(self, name: str, default: float, low: float, high: float, code: str) -> float:
+        """Return a number from ``low`` to ``high``: the nearest one, with a diagnostic, for one out of that range."""
+        number = self.number(name, default)
+        nearest = min(max(number, low), high)
+        if nearest != number:
+            message = f"{name} is {number:g}, out of its range; taken as {nearest:g}"
+            self._report.warn(code, self._prim.GetPath(), message)
+        return nearest
+
     def truth(self, name: str, default: bool) -> bool:
         """Return a truth value, for which a number may stand; ``default`` where neither stage nor schema has one."""
         return bool(self.number(name, float(default)))

@@ -35,7 +35,10 @@ DOME_LAYOUT = "W411"
 POINT_WITHOUT_AREA = "W412"
 INVALID_VALUE = "W413"
 MATERIAL_RESPONSE = "W414"
+OUT_OF_RANGE = "W415"
 FOREIGN_LIGHT = "W419"
+NO_SHAPING = "N919"
+MEAN_GLOW = "N918"
 
 _KINDS = {
     "SphereLight": LightKind.SPHERE,
@@ -169,11 +172,11 @@ def _read_shape(
     path = prim.GetPath()
     emission = _emission(attributes)
     is_normalized = attributes.truth("inputs:normalize", False)
-    radius = attributes.number("inputs:radius", 0.5)
-    width = attributes.number("inputs:width", 1.0)
-    height = attributes.number("inputs:height", 1.0)
-    length = attributes.number("inputs:length", 1.0)
-    angle = math.radians(min(max(attributes.number("inputs:angle", 0.53), 0.0), 360.0))
+    radius = attributes.within("inputs:radius", 0.5, 0.0, math.inf, OUT_OF_RANGE)
+    width = attributes.within("inputs:width", 1.0, 0.0, math.inf, OUT_OF_RANGE)
+    height = attributes.within("inputs:height", 1.0, 0.0, math.inf, OUT_OF_RANGE)
+    length = attributes.within("inputs:length", 1.0, 0.0, math.inf, OUT_OF_RANGE)
+    angle = math.radians(attributes.within("inputs:angle", 0.53, 0.0, 360.0, OUT_OF_RANGE))
     has_falloff = True
     if kind == LightKind.SPHERE and attributes.truth("treatAsPoint", False):
         kind = LightKind.POINT
@@ -198,6 +201,8 @@ def _read_shape(
     radiance = emission / divisor
     if mesh is not None and mesh.glow.any() and attributes.token(_SYNC_MODE, _TINTS) == _TINTS:
         radiance = radiance * mesh.glow
+        if mesh.has_glow_texture:
+            report.warn(MEAN_GLOW, path, "its material's emission has a texture; its mean tints the light everywhere")
     if not np.isfinite(radiance).all():
         report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
         return None
@@ -245,10 +250,10 @@ def _shadow(attributes: AttributeReader) -> Shadow:
     red, green, blue = attributes.color("inputs:shadow:color", (0.0, 0.0, 0.0))
     distance = attributes.number("inputs:shadow:distance", -1.0)
     falloff = attributes.number("inputs:shadow:falloff", -1.0)
-    gamma = attributes.number("inputs:shadow:falloffGamma", 1.0)
+    gamma = attributes.within("inputs:shadow:falloffGamma", 1.0, 0.0, math.inf, OUT_OF_RANGE)
     if distance < 0:
         return Shadow((red, green, blue))
-    return Shadow((red, green, blue), distance, min(max(falloff, 0.0), distance), max(gamma, 0.0))
+    return Shadow((red, green, blue), distance, min(max(falloff, 0.0), distance), gamma)
 
 
 # Seen from far away, a distant light's rays leave along its axis: nothing to shape.
@@ -258,13 +263,11 @@ _NO_SHAPING = (0.0, (0.0, 0.0, 0.0), math.pi, 0.0)
 def _shaping(attributes: AttributeReader) -> tuple[float, tuple[float, float, float], float, float]:
     """Return focus, tint, half cone angle [rad] and softness; those of ShapingAPI where it is applied or authored."""
     red, green, blue = attributes.vector("inputs:shaping:focusTint", (0.0, 0.0, 0.0))
-    cone = attributes.number("inputs:shaping:cone:angle", 180.0)
-    softness = attributes.number("inputs:shaping:cone:softness", 0.0)
     return (
-        max(attributes.number("inputs:shaping:focus", 0.0), 0.0),
+        attributes.within("inputs:shaping:focus", 0.0, 0.0, math.inf, OUT_OF_RANGE),
         (red, green, blue),
-        math.radians(min(max(cone, 0.0), 180.0)),
-        min(max(softness, 0.0), 1.0),
+        math.radians(attributes.within("inputs:shaping:cone:angle", 180.0, 0.0, 180.0, OUT_OF_RANGE)),
+        attributes.within("inputs:shaping:cone:softness", 0.0, 0.0, 1.0, OUT_OF_RANGE),
     )
 
 
@@ -361,6 +364,10 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     portals = prim.GetRelationship("portals")
     if portals and portals.GetTargets():
         report.warn(IGNORED_PORTALS, path, "portals are not supported; the dome shines from everywhere")
+    shaping = prim.GetAuthoredPropertiesInNamespace("inputs:shaping")
+    if prim.GetTypeName() in (*_DOMES, "DistantLight") and shaping:
+        names = ", ".join(str(attribute.GetName()) for attribute in shaping)
+        report.warn(NO_SHAPING, path, f"{names}: light from infinitely far is not shaped")
     for name in sorted(_old_names(prim)):
         attribute = prim.GetAttribute(name)
         if attribute and (attribute.HasAuthoredValue() or attribute.HasAuthoredConnections()):

@@ -25,6 +25,8 @@ class ShiningMesh:
     """float32, shape [n, 3, 3], local space, wound as seen from outside."""
     glow: np.ndarray
     """Emission of its materials, the mean over its area: float64, shape [3]."""
+    has_glow_texture: bool
+    """Whether a texture is part of that emission: of its image the mean is taken, wherever the mesh shows it."""
 
 
 class MeshLightReader:
@@ -69,8 +71,14 @@ class MeshLightReader:
         slots = np.zeros(len(triangles), int) if mesh.material_slots is None else mesh.material_slots
         table = self._instances.material_table[self._instances.material_offset[rows[0]] :]
         share = np.bincount(slots, weights=area.astype(float))
-        glow = np.array([self._emission(self._materials[table[slot]]) for slot in range(len(share))])
-        return ShiningMesh(triangles, share @ glow / max(share.sum(), 1e-300))
+        materials = [self._materials[table[slot]] for slot in range(len(share))]
+        glow = np.array([self._emission(material) for material in materials])
+        has_texture = any(
+            material.model == MaterialModel.PREVIEW and material.inputs["emissiveColor"].texture >= 0
+            for material in materials
+            if "emissiveColor" in material.inputs
+        )
+        return ShiningMesh(triangles, share @ glow / max(share.sum(), 1e-300), has_texture)
 
     def _emission(self, material: Material) -> np.ndarray:
         source = material.inputs.get("emissiveColor")
