@@ -6,41 +6,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Usd
 
 import warp_rt
-from warp_rt.scene import Scene, ShapeKind, Shapes
+from warp_rt.scene import Scene, ShapeKind
+
+from ..curve_stages import bezier, codes, load_prim, shapes_of
 
 LINE = "(0,0,0), (1,0,0), (2,1,0), (3,1,0), (4,0,0), (5,0,0), (6,1,0)"
 P = np.array([(0, 0, 0), (1, 0, 0), (2, 1, 0), (3, 1, 0), (4, 0, 0), (5, 0, 0), (6, 1, 0)], float)
 
 
-def load(kind: str, body: str) -> Scene:
-    stage = Usd.Stage.CreateInMemory()
-    assert stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef {kind} "c" {{ {body}\n}}')
-    return warp_rt.load_scene(stage)
-
-
 def curves(body: str, counts: str = "7", width: str = 'float[] widths = [0.5] (interpolation = "constant")') -> Scene:
-    return load("BasisCurves", f"point3f[] points = [{LINE}]\nint[] curveVertexCounts = [{counts}]\n{width}\n{body}")
-
-
-def shapes_of(scene: Scene) -> Shapes:
-    (shapes,) = scene.meshes
-    return shapes
-
-
-def codes(scene: Scene) -> set[str]:
-    return {record.code for record in scene.diagnostics if record.prim == "/c"}
-
-
-def bezier(controls: np.ndarray, u: float) -> np.ndarray:
-    weights = [(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u * u * (1 - u), u**3]
-    return np.tensordot(weights, controls, axes=(0, 0))
+    return load_prim(
+        "BasisCurves", f"point3f[] points = [{LINE}]\nint[] curveVertexCounts = [{counts}]\n{width}\n{body}"
+    )
 
 
 def test_points_are_spheres_of_their_widths() -> None:
-    scene = load(
+    scene = load_prim(
         "Points",
         f"""point3f[] points = [{LINE}]
         float[] widths = [1, 2, 3, 4, 5, 6, 7]
@@ -59,8 +42,8 @@ def test_points_are_spheres_of_their_widths() -> None:
 
 
 def test_widths_may_be_missing_or_one_for_all() -> None:
-    assert shapes_of(load("Points", f"point3f[] points = [{LINE}]\nfloat[] widths = [3]")).radii[4] == 1.5
-    scene = load("Points", f"point3f[] points = [{LINE}]")
+    assert shapes_of(load_prim("Points", f"point3f[] points = [{LINE}]\nfloat[] widths = [3]")).radii[4] == 1.5
+    scene = load_prim("Points", f"point3f[] points = [{LINE}]")
     assert codes(scene) == {"N913"}
     assert (shapes_of(scene).radii == 0.5).all()
 
@@ -79,7 +62,7 @@ def test_bezier_curves_take_every_third_point() -> None:
     assert shapes.kind == ShapeKind.CUBIC_TUBE
     np.testing.assert_allclose(shapes.points, [P[0:4], P[3:7]])
     points = f"point3f[] points = [{LINE.rpartition(', (')[0]}]\nint[] curveVertexCounts = [6]\n"
-    periodic = shapes_of(load("BasisCurves", points + 'uniform token wrap = "periodic"\nfloat[] widths = [1]'))
+    periodic = shapes_of(load_prim("BasisCurves", points + 'uniform token wrap = "periodic"\nfloat[] widths = [1]'))
     np.testing.assert_allclose(periodic.points, [P[[0, 1, 2, 3]], P[[3, 4, 5, 0]]])
 
 
@@ -140,8 +123,8 @@ def test_what_does_not_fit_is_told() -> None:
     assert codes(curves("", "3, 4")) == {"W117"}
     assert len(shapes_of(curves("", "3, 4")).points) == 1
     assert codes(curves("", "6")) == {"W117"}
-    assert codes(load("BasisCurves", "")) == {"N910"}
-    lost = load("Points", "point3f[] points = [(0,0,0), (nan,0,0)]\nfloat[] widths = [1]")
+    assert codes(load_prim("BasisCurves", "")) == {"N910"}
+    lost = load_prim("Points", "point3f[] points = [(0,0,0), (nan,0,0)]\nfloat[] widths = [1]")
     assert codes(lost) == {"W117"}
     assert len(shapes_of(lost).points) == 1
 
@@ -149,7 +132,7 @@ def test_what_does_not_fit_is_told() -> None:
 def test_a_tube_covers_its_projection() -> None:
     """A straight curve across the view, 0.5 wide: the picture shows a stadium of that area."""
     body = 'point3f[] points = [(-1,0,0), (1,0,0)]\nint[] curveVertexCounts = [2]\nuniform token type = "linear"\n'
-    scene = load("BasisCurves", body + 'float[] widths = [0.5] (interpolation = "constant")')
+    scene = load_prim("BasisCurves", body + 'float[] widths = [0.5] (interpolation = "constant")')
     accel = warp_rt.build_accel(scene)
     x, y = np.meshgrid(np.linspace(-2, 2, 801), np.linspace(-1, 1, 401))
     origins = np.stack([x, y, np.full_like(x, 5)], axis=-1).reshape(-1, 3)

@@ -5,32 +5,19 @@
 from __future__ import annotations
 
 import numpy as np
-from pxr import Usd
 
-import warp_rt
-from warp_rt.scene import Scene, ShapeKind, Shapes
+from warp_rt.scene import Scene, ShapeKind
+
+from ..curve_stages import codes, load_prim, shapes_of
 
 POINTS = np.array([(0, 0, 0), (2, 1, 0), (4, 0, 1), (0, 5, 0), (3, 5, 0)], float)
 TANGENTS = np.array([(1, 2, 0), (3, 0, 0), (1, -2, 1), (3, 0, 3), (3, 0, -3)], float)
 
 
 def load(body: str) -> Scene:
-    stage = Usd.Stage.CreateInMemory()
     points, tangents = ([tuple(map(float, row)) for row in array] for array in (POINTS, TANGENTS))
-    text = f"""#usda 1.0\ndef HermiteCurves "c" {{ point3f[] points = {points}\nvector3f[] tangents = {tangents}
-        int[] curveVertexCounts = [3, 2]\n{body}\n}}"""
-    assert stage.GetRootLayer().ImportFromString(text)
-    return warp_rt.load_scene(stage)
-
-
-def shapes_of(scene: Scene) -> Shapes:
-    (shapes,) = scene.meshes
-    assert isinstance(shapes, Shapes)
-    return shapes
-
-
-def codes(scene: Scene) -> set[str]:
-    return {record.code for record in scene.diagnostics if record.prim == "/c"}
+    controls = f"point3f[] points = {points}\nvector3f[] tangents = {tangents}"
+    return load_prim("HermiteCurves", f"{controls}\nint[] curveVertexCounts = [3, 2]\n{body}")
 
 
 def test_segments_have_the_points_and_tangents() -> None:

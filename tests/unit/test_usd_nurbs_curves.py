@@ -8,41 +8,24 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pxr import Usd
 
 import warp_rt
 from tests.bspline_float64 import curve_point
-from warp_rt.scene import Scene, ShapeKind, Shapes
+from warp_rt.scene import Scene, ShapeKind
 from warp_rt.usd.nurbs_curves import FIT_TOLERANCE
+
+from ..curve_stages import bezier, codes, load_prim, shapes_of
 
 POINTS = [(0.0, 0.0, 0.0), (1.0, 2.0, 0.0), (2.0, -1.0, 1.0), (3.0, 0.5, 0.0), (4.0, 1.0, 2.0), (6.0, 0.0, 0.0)]
 WIDTHS = 'float[] widths = [0.5] (interpolation = "constant")\n'
 
 
 def load(body: str, points: list[tuple[float, ...]] = POINTS) -> Scene:
-    stage = Usd.Stage.CreateInMemory()
-    text = f'#usda 1.0\ndef NurbsCurves "c" {{ point3f[] points = {points}\n{body}\n}}'
-    assert stage.GetRootLayer().ImportFromString(text)
-    return warp_rt.load_scene(stage)
+    return load_prim("NurbsCurves", f"point3f[] points = {points}\n{body}")
 
 
 def one(order: int, knots: list[float], body: str = "", width: str = WIDTHS) -> Scene:
     return load(f"int[] curveVertexCounts = [6]\nint[] order = [{order}]\ndouble[] knots = {knots}\n{width}{body}")
-
-
-def shapes_of(scene: Scene) -> Shapes:
-    (shapes,) = scene.meshes
-    assert isinstance(shapes, Shapes)
-    return shapes
-
-
-def codes(scene: Scene) -> set[str]:
-    return {record.code for record in scene.diagnostics if record.prim == "/c"}
-
-
-def bezier(controls: np.ndarray, u: float) -> np.ndarray:
-    weights = [(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u * u * (1 - u), u**3]
-    return np.tensordot(weights, controls, axes=(0, 0))
 
 
 @pytest.mark.parametrize(
