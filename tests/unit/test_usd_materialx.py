@@ -14,7 +14,7 @@ from warp_rt.scene import OpacityMode
 from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materials import MaterialReader
-from warp_rt.usd.textures import InputReader
+from warp_rt.usd.surface_inputs import InputReader
 
 TEXELS = np.random.default_rng(6).integers(0, 256, (4, 4, 4)).astype(np.uint8)
 SPOT = (0.375, 0.625)  # the middle of column 1, row 2 from below: the row 1 of the file
@@ -42,8 +42,8 @@ def wire(name: str, source: str, output: str = "out", kind: str = "color3f") -> 
     return f"{kind} inputs:{name}.connect = </M/{source}.outputs:{output}>"
 
 
-def read(nodes: str, count: int = 3, output: str = "out", name: str = "N"):
-    """Return the input that is connected to node N, its value at SPOT, its reader, and the codes."""
+def read(nodes: str, count: int = 3, output: str = "out", name: str = "N", spot=SPOT):
+    """Return the input that is connected to node N, its value at a spot, its reader, and the codes."""
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(
         f'#usda 1.0\ndef Material "M" {{\ndef Shader "S" {{\n{wire("x", name, output)}\n}}\n{nodes}\n}}'
@@ -54,7 +54,7 @@ def read(nodes: str, count: int = 3, output: str = "out", name: str = "N"):
     found = reader.read(UsdShade.Shader(stage.GetPrimAtPath("/M/S")).GetInput("x"), count, stage.GetPrimAtPath("/M"))
     value = None
     if found is not None and found.texture >= 0:
-        value = texture_values(reader.textures[found.texture], images.images, np.array([SPOT]))[0]
+        value = texture_values(reader.textures[found.texture], images.images, np.array([spot]))[0]
     elif found is not None and not found.primvar:
         value = np.array(found.value)
     if value is not None:
@@ -139,8 +139,8 @@ def test_channels_of_one_image_are_combined_though_two_nodes_read_it(image):
 def test_mixed_channels_keep_their_wrap_mode_and_their_fallback(image):
     body = 'string inputs:uaddressmode = "constant"'
     nodes = picture(image, "color3", "T", body) + node("N", "ND_luminance_color3", wire("in", "T"))
-    found, _, reader, _ = read(nodes + node("P", "ND_invert_color3", wire("in", "N")), name="P")
-    outside = texture_values(reader.textures[found.texture], reader._images.images, np.array([(-1.0, 0.5)]))[0]
+    nodes += node("P", "ND_invert_color3", wire("in", "N"))
+    _, outside, _, _ = read(nodes, name="P", spot=(-1.0, 0.5))
     np.testing.assert_allclose(outside[:3], 1.0, atol=1e-6)  # 1 - luminance of black
     missing = node("T", "ND_image_color3", "asset inputs:file = @/nowhere.png@", vec("default", 0.2, 0.4, 0.6))
     _, value, _, codes = read(missing + node("N", "ND_luminance_color3", wire("in", "T")))

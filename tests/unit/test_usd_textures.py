@@ -11,7 +11,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Input, Wrap
 from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.textures import InputReader
+from warp_rt.usd.surface_inputs import InputReader
 
 TIME = Usd.TimeCode.Default()
 READER = """def Shader "R" {

@@ -14,8 +14,9 @@ from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, Opa
 from warp_rt.usd.attribute_values import numbers, shown
 from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Term
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_numbers
+from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import DoesNotFold, Signal, add, multiply
-from warp_rt.usd.textures import UNKNOWN_NODE, InputReader
+from warp_rt.usd.surface_inputs import InputReader
 
 APPROXIMATED_SURFACE = "W302"
 

@@ -24,7 +24,7 @@ from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
 from warp_rt.usd.foreign_surfaces import ForeignReader
 from warp_rt.usd.image_cache import ImageCache, KeptImages
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
-from warp_rt.usd.textures import InputReader
+from warp_rt.usd.surface_inputs import InputReader
 
 UNKNOWN_SURFACE = "W301"
 DISPLACEMENT = "W305"

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Signals to inputs of surfaces, and the textures that these take."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from pxr import UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import Input, Texture
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.signal_reader import UNKNOWN_NODE
+from warp_rt.usd.signals import CHANNELS, Signal, Source
+
+Vector4 = tuple[float, float, float, float]
+
+
+class InputRows:
+    """Keeps the textures that inputs take, one row for equal ones.
+
+    Args:
+        images: Holds the images of the textures.
+        report: Takes the diagnostics.
+    """
+
+    def __init__(self, images: ImageCache, report: Report) -> None:
+        self.textures: list[Texture] = []
+        """Rows of ``Scene.textures``."""
+        self._images = images
+        self._report = report
+        self._rows: dict[tuple[str, bytes], int] = {}
+
+    def lower(self, found: Signal, count: int, port: UsdShade.Input) -> Input | None:
+        """Return a signal as an input of ``count`` components; None, told, where no texture or primvar gives it."""
+        value = found.value
+        if value is not None:
+            return Input(value=_components(value, count))
+        matrix = found.resized(count if found.size != 4 else 4).matrix[:count]
+        linear, offset, source = matrix[:, :-1], matrix[:, -1], found.source
+        if source is None:
+            return None
+        channel = _common_channel(matrix)
+        diagonal = np.zeros((count, CHANNELS))
+        np.fill_diagonal(diagonal, linear.diagonal())
+        is_plain = channel >= 0 or np.array_equal(linear, diagonal)
+        if source.texture is None:
+            if not is_plain:
+                message = "mixes the components of a primvar, which is not supported; the default is used"
+                self._report.warn(UNKNOWN_NODE, port.GetAttr().GetPath(), message)
+                return None
+            scale, bias = _scale_and_bias(matrix, channel)
+            fallback = _components(source.fallback, count) if channel <= 0 else _components(source.fallback, CHANNELS)
+            return Input(value=fallback, primvar=source.primvar, channel=channel, scale=scale, bias=bias)
+        if is_plain:
+            scale, bias = _scale_and_bias(matrix, channel)
+            row = self._row(source, scale, bias)
+        else:
+            row, channel = self._mixed_row(source, linear, offset), 0 if count == 1 else -1
+        return Input(texture=row, channel=channel)
+
+    def add(self, texture: Texture) -> int:
+        """Return the row of a new texture."""
+        self.textures.append(texture)
+        return len(self.textures) - 1
+
+    def _row(self, source: Source, scale: Vector4, bias: Vector4) -> int:
+        """Return the row of a texture whose value, and fallback, is scaled and shifted."""
+        key = (source.key, np.array((scale, bias)).tobytes())
+        if key not in self._rows and source.texture:
+            texture = source.texture
+            self._rows[key] = self.add(
+                replace(
+                    texture,
+                    scale=_vector4(np.multiply(texture.scale, scale)),
+                    bias=_vector4(np.multiply(texture.bias, scale) + bias),
+                    fallback=_vector4(np.multiply(texture.fallback, scale) + bias),
+                )
+            )
+        return self._rows[key]
+
+    def _mixed_row(self, source: Source, linear: np.ndarray, offset: np.ndarray) -> int:
+        """Return the row of a texture whose channels are sums over those of a source.
+
+        Filtering, and what lies outside a black border, are the same before the channels are mixed and after.
+        """
+        key = (source.key, np.column_stack([linear, offset]).tobytes())
+        if key not in self._rows and source.texture:
+            texture = source.texture
+            matrix, shift = np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
+            matrix[: len(linear)], shift[: len(linear)] = linear, offset
+            image = texture.image
+            if image >= 0:
+                image = self._images.mixed(image, texture.is_srgb, matrix * texture.scale)
+            self._rows[key] = self.add(
+                replace(
+                    texture,
+                    image=image,
+                    is_srgb=False,
+                    scale=(1.0, 1.0, 1.0, 1.0),
+                    bias=_vector4(matrix @ texture.bias + shift),
+                    fallback=_vector4(matrix @ texture.fallback + shift),
+                )
+            )
+        return self._rows[key]
+
+
+def _components(found: tuple[float, ...], count: int) -> tuple[float, float, float, float]:
+    """Return numbers as an Input's value: scalars fill a colour, a colour gives a scalar its first component."""
+    if count == 1:
+        return (found[0], 0.0, 0.0, 0.0)
+    red, green, blue, alpha = (*((found * 3) if len(found) == 1 else found), 0.0, 0.0)[:4]
+    return (red, green, blue, alpha)
+
+
+def _vector4(values: np.ndarray) -> Vector4:
+    x, y, z, w = (float(value) for value in values)
+    return (x, y, z, w)
+
+
+def _common_channel(matrix: np.ndarray) -> int:
+    """Return the one channel that all rows take alike; -1 where they do not, or are the first channels in order."""
+    used = np.flatnonzero(matrix[0, :-1])
+    if len(used) == 1 and (matrix == matrix[0]).all():
+        return int(used[0])
+    return -1
+
+
+def _scale_and_bias(matrix: np.ndarray, channel: int) -> tuple[Vector4, Vector4]:
+    """Return what the channels of a source are multiplied by and shifted by; those that nobody asks for stay."""
+    scale, bias = np.ones(CHANNELS), np.zeros(CHANNELS)
+    if channel >= 0:
+        scale[channel], bias[channel] = matrix[0, channel], matrix[0, -1]
+    else:
+        scale[: len(matrix)], bias[: len(matrix)] = matrix[:, :-1].diagonal(), matrix[:, -1]
+    return _vector4(scale), _vector4(bias)

@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What shading networks compute: from an input through all nodes before it to a signal.
+
+Read are UsdUVTexture, UsdPrimvarReader_* and UsdTransform2d, and MaterialX's nodes of the same purpose, written as
+UsdShade: ND_UsdUVTexture, ND_UsdPrimvarReader_*, ND_UsdTransform2d, ND_image_*, ND_tiledimage_*, ND_geompropvalue_* and
+ND_texcoord_*; what its arithmetic does to them is folded (``materialx_nodes``).
+
+Reference: UsdPreviewSurface Specification, sections on UsdUVTexture, UsdPrimvarReader and UsdTransform2d.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.color_spaces import color_space_of
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.materialx_nodes import fold, is_known_node
+from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers, read_token
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source
+from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, transform_2d
+from warp_rt.usd.texture_nodes import TextureNodes
+
+NO_COORDINATES = "W206"
+UNKNOWN_NODE = "W303"
+
+# Nodes that give what comes in by the input of this name.
+_PASSING_ON = {"MayaND_fileTexture_color3": "inColor", "MayaND_fileTexture_color4": "inColor"}
+_READER = re.compile(r"(?:ND_)?(?:UsdPrimvarReader|geompropvalue)_([a-z]+)(\d?)")
+# Components of readers whose name does not end with the number; the kinds left out give no colour.
+_READER_SIZES = {"float": 1, "int": 1, "integer": 1, "color": 3, "vector": 3, "normal": 3, "point": 3}
+_IMAGE = re.compile(r"ND_(tiled)?image_(float|color3|color4|vector2|vector3|vector4)")
+_IMAGE_SIZES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
+_OUTPUTS = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgba": (0, 1, 2, 3)}
+_MAX_CHAIN = 64  # nodes in a row
+
+
+class _Unfolded(Exception):
+    """A node that has no place in what a kernel reads."""
+
+    def __init__(self, node: Node, *, is_known: bool = False) -> None:
+        super().__init__(node.id)
+        self.node = node
+        self.is_known = is_known
+
+
+class SignalReader:
+    """Follows networks from inputs to what feeds them.
+
+    Args:
+        images: Reads the files.
+        time: When inputs are read.
+        report: Takes the diagnostics.
+    """
+
+    def __init__(self, images: ImageCache, time: Usd.TimeCode, report: Report) -> None:
+        self._textures = TextureNodes(images, time, report)
+        self._time = time
+        self._report = report
+        self._sources: dict[Sdf.Path, Source] = {}
+        self._chain: list[Sdf.Path] = []
+
+    def read(self, port: UsdShade.Input, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
+        """Return what an input says, as a signal; None where it says nothing, or, told, nothing that folds.
+
+        Args:
+            port: The input.
+            material: The material's prim.
+            sizes: Components that a value authored on it may have.
+        """
+        try:
+            return self._follow(port, material, sizes)
+        except _Unfolded as error:
+            self._warn_unknown(error.node, error.is_known)
+            return None
+
+    def _follow(self, port: UsdShade.Input | None, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
+        """Return what an input says; None: nothing.
+
+        Raises:
+            _Unfolded: A node on the way does not fold.
+        """
+        source = find_source(port, self._report) if port else None
+        if source is None:
+            return None
+        if isinstance(source, Node):
+            path = source.shader.GetPath()
+            if path in self._chain or len(self._chain) >= _MAX_CHAIN:
+                raise _Unfolded(source)
+            self._chain.append(path)
+            try:
+                return self._node(source, material)
+            except DoesNotFold:
+                raise _Unfolded(source, is_known=is_known_node(source.id)) from None
+            finally:
+                self._chain.pop()
+        found = numbers(source.Get(self._time))
+        if found is None or len(found) not in sizes:
+            wanted = " or ".join(map(str, sizes))
+            self._report.warn(WRONG_TYPE, source.GetPath(), f"not {wanted} finite numbers; the default is used")
+            return None
+        space = color_space_of(source, self._report)
+        if space and len(found) >= 3:
+            found = (*space.to_linear(np.array(found[:3])).tolist(), *found[3:])
+        return Signal.constant(found)
+
+    def _node(self, node: Node, material: Usd.Prim) -> Signal | None:
+        """Return what a node gives.
+
+        Raises:
+            DoesNotFold: It is no node that folds.
+        """
+        name, shader = node.id.removeprefix("ND_"), node.shader
+        if name.startswith("UsdUVTexture"):
+            source = self._uv_texture(shader, material)
+            return Signal.of(source, CHANNELS).pick(_OUTPUTS.get(node.output, (0, 1, 2)))
+        image = _IMAGE.fullmatch(node.id)
+        if image:
+            source = self._image(shader, material, is_color="color" in image[2], is_tiled=bool(image[1]))
+            return Signal.of(source, _IMAGE_SIZES[image[2]])
+        reader = _READER.fullmatch(node.id)
+        if reader and reader[1] in _READER_SIZES:
+            return self._primvar(shader, int(reader[2] or _READER_SIZES[reader[1]]), material)
+        if name.startswith("texcoord_"):
+            index = read_constant(shader, "index", self._time, self._report)
+            return Signal.of(_primvar_source(coordinate_name(index), (0.0, 0.0)), 2)
+        if name.startswith("UsdTransform2d"):
+            given = self._follow(shader.GetInput("in"), material, (2,)) or Signal.constant((0.0, 0.0))
+            matrix = transform_2d(shader, self._time, self._report)
+            return given.resized(2).map(matrix[:2, :2], matrix[:2, 2])
+        if node.id in _PASSING_ON:
+            return self._follow(shader.GetInput(_PASSING_ON[node.id]), material, (1, 2, 3, 4))
+
+        def read_input(given: str) -> Signal | None:
+            found = self._follow(shader.GetInput(given), material, (1, 2, 3, 4))
+            if found is None and given == "texcoord":
+                return Signal.of(_primvar_source("st", (0.0, 0.0)), 2)
+            return found
+
+        return fold(
+            node.id, node.output, read_input, lambda given: read_token(shader, given, self._time, self._report) or ""
+        )
+
+    # --- primvars
+
+    def _primvar(self, shader: UsdShade.Shader, size: int, material: Usd.Prim) -> Signal:
+        name = self._varname(shader)
+        fallback = self._fallback(shader, name, material) or (0.0,) * size
+        if not name:
+            self._report.warn(NO_COORDINATES, shader.GetPath(), "names no primvar; its fallback is used")
+            return Signal.constant(fallback)
+        return Signal.of(_primvar_source(name, fallback), size)
+
+    def _varname(self, shader: UsdShade.Shader) -> str:
+        for name in ("varname", "geomprop"):
+            value = read_constant(shader, name, self._time, self._report)
+            if isinstance(value, str):
+                return value.removeprefix("primvars:")
+        return ""
+
+    def _fallback(self, shader: UsdShade.Shader, name: str, material: Usd.Prim) -> tuple[float, ...] | None:
+        """Return the value where a mesh has no such primvar: the material's own primvar, else the reader's."""
+        if name and material:
+            primvar = UsdGeom.PrimvarsAPI(material).GetPrimvar(name)
+            found = numbers(primvar.Get(self._time)) if primvar else None
+            if found:
+                return found
+        for port in ("fallback", "default"):
+            found = read_numbers(shader, port, (1, 2, 3, 4), self._time, self._report)
+            if found:
+                return found
+        return None
+
+    # --- textures
+
+    def _uv_texture(self, shader: UsdShade.Shader, material: Usd.Prim) -> Source:
+        path = shader.GetPath()
+        if path not in self._sources:
+            coordinates = self._coordinates(shader.GetInput("st"), shader, material)
+            self._sources[path] = self._textures.uv_texture(shader, coordinates)
+        return self._sources[path]
+
+    def _image(self, shader: UsdShade.Shader, material: Usd.Prim, *, is_color: bool, is_tiled: bool) -> Source:
+        path = shader.GetPath()
+        if path not in self._sources:
+            texcoord = shader.GetInput("texcoord")
+            coordinates = self._coordinates(texcoord, shader, material) if texcoord else Coordinates()
+            self._sources[path] = self._textures.image(shader, coordinates, is_color=is_color, is_tiled=is_tiled)
+        return self._sources[path]
+
+    def _coordinates(self, port: UsdShade.Input | None, shader: UsdShade.Shader, material: Usd.Prim) -> Coordinates:
+        """Return where an ``st`` input leads to, through whatever moves it about."""
+        try:
+            found = self._follow(port, material, (2,))
+        except _Unfolded as error:
+            self._warn_coordinates(error.node)
+            return Coordinates()
+        value = Signal.constant((0.0, 0.0)).value if found is None else found.value
+        if found is None or value is not None:
+            u, v = value[:2] if value and len(value) > 1 else (0.0, 0.0)
+            self._report.warn(NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used")
+            return Coordinates.constant(u, v)
+        source = found.source
+        if source is None or source.texture is not None:
+            at = find_source(port, self._report) if port else None
+            if isinstance(at, Node):
+                self._warn_coordinates(at)
+            return Coordinates()
+        u, v = source.fallback[:2] if len(source.fallback) > 1 else (0.0, 0.0)
+        rows = found.resized(2).matrix[:, [0, 1, -1]]
+        return Coordinates(source.primvar, (u, v), np.vstack([rows, [0.0, 0.0, 1.0]]))
+
+    def _warn_unknown(self, node: Node, is_known: bool) -> None:
+        kind = f"the node {node.id!r}" if node.id else "a node without info:id"
+        why = "does not come down to one texture or primvar, scaled" if is_known else "is not supported"
+        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"{kind} {why}; the default is used")
+
+    def _warn_coordinates(self, node: Node) -> None:
+        kind = f"the node {node.id!r}" if node.id else "a node without info:id"
+        message = f"{kind} gives no texture coordinates here; st is used"
+        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), message)
+
+
+def _primvar_source(name: str, fallback: tuple[float, ...]) -> Source:
+    return Source(f"primvar {name} {fallback}", primvar=name, fallback=fallback)

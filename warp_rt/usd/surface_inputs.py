@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Inputs of surface shaders to Input: the constant, texture or primvar that a network comes down to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import Input, Texture
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.input_rows import InputRows
+from warp_rt.usd.shading_network import WRONG_TYPE
+from warp_rt.usd.signal_reader import SignalReader
+from warp_rt.usd.signals import Signal
+
+
+class InputReader:
+    """Reads inputs of surfaces, and keeps the textures that they use.
+
+    Args:
+        images: Reads the files.
+        time: When inputs are read.
+        report: Takes the diagnostics.
+    """
+
+    def __init__(self, images: ImageCache, time: Usd.TimeCode, report: Report) -> None:
+        self._signals = SignalReader(images, time, report)
+        self._rows = InputRows(images, report)
+        self._report = report
+
+    @property
+    def textures(self) -> list[Texture]:
+        """Rows of ``Scene.textures``."""
+        return self._rows.textures
+
+    def read(self, port: UsdShade.Input, count: int, material: Usd.Prim) -> Input | None:
+        """Return what an input says.
+
+        Args:
+            port: The input of a surface shader.
+            count: Components that the surface expects: 1 or 3.
+            material: The material's prim; its primvars serve where a mesh lacks them.
+
+        Returns:
+            None where nothing is said, so that the specification's default holds.
+        """
+        found = self.signal(port, material, (1, 3, 4))
+        return self.lower(found, count, port) if found else None
+
+    def signal(self, port: UsdShade.Input, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
+        """Return what an input says before it is made an Input: see ``SignalReader.read``."""
+        return self._signals.read(port, material, sizes)
+
+    def lower(self, found: Signal, count: int, port: UsdShade.Input) -> Input | None:
+        """Return a signal as an input: see ``InputRows.lower``."""
+        return self._rows.lower(found, count, port)
+
+    def check_ior(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+        """Return an index of refraction; None, told, of a constant that is not above 0, for the default to hold."""
+        if found is None or found.texture >= 0 or found.primvar or found.value[0] > 0.0:
+            return found
+        message = f"is {found.value[0]:g}, an index of refraction not above 0; the default is used"
+        self._report.warn(WRONG_TYPE, port.GetAttr().GetPath(), message)
+        return None
+
+    def add(self, texture: Texture) -> int:
+        """Return the row of a new texture."""
+        return self._rows.add(texture)

@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes that read images: UsdUVTexture, and MaterialX's image and tiledimage.
+
+Reference: UsdPreviewSurface Specification, UsdUVTexture; MaterialX Specification 1.39, Texture Nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from pxr import Sdf, Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene import Texture, Wrap
+from warp_rt.usd.color_spaces import color_space as find_color_space
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.shading_network import find_source, read_numbers, read_token
+from warp_rt.usd.signals import Source
+from warp_rt.usd.texture_coordinates import Coordinates, tiling
+
+UNKNOWN_TOKEN = "W204"
+
+_WRAPS = {
+    "useMetadata": Wrap.BLACK,  # no format read here carries wrap modes, and without them the mode is black
+    "black": Wrap.BLACK,
+    "constant": Wrap.BLACK,
+    "clamp": Wrap.CLAMP,
+    "repeat": Wrap.REPEAT,
+    "periodic": Wrap.REPEAT,
+    "mirror": Wrap.MIRROR,
+}
+Vector4 = tuple[float, float, float, float]
+
+
+class TextureNodes:
+    """Makes sources of the nodes that read images.
+
+    Args:
+        images: Reads the files.
+        time: When inputs are read.
+        report: Takes the diagnostics.
+    """
+
+    def __init__(self, images: ImageCache, time: Usd.TimeCode, report: Report) -> None:
+        self._images = images
+        self._time = time
+        self._report = report
+
+    def uv_texture(self, shader: UsdShade.Shader, coordinates: Coordinates) -> Source:
+        """Return what a UsdUVTexture gives at texture coordinates."""
+        is_materialx = (shader.GetShaderId() or "").startswith("ND_")
+        wraps = [self._wrap(shader, name, "periodic" if is_materialx else "useMetadata") for name in ("wrapS", "wrapT")]
+        return self._source(
+            shader,
+            coordinates=coordinates,
+            wraps=wraps,
+            scale=self._vector4(shader, "scale", (1.0, 1.0, 1.0, 1.0)),
+            bias=self._vector4(shader, "bias", (0.0, 0.0, 0.0, 0.0)),
+            fallback=self._vector4(shader, "fallback", (0.0, 0.0, 0.0, 1.0)),
+            color_space=self._token(shader, "sourceColorSpace", "auto"),
+        )
+
+    def image(self, shader: UsdShade.Shader, coordinates: Coordinates, *, is_color: bool, is_tiled: bool) -> Source:
+        """Return what an image node gives at texture coordinates.
+
+        Args:
+            shader: The node.
+            coordinates: What it is given.
+            is_color: Whether it gives a colour, so that the file says how texels are decoded.
+            is_tiled: Whether it is a tiledimage, which repeats the image.
+        """
+        if is_tiled:
+            moved = tiling(shader, self._time, self._report) @ coordinates.transform
+            coordinates = replace(coordinates, transform=moved)
+        wraps = (self._wrap(shader, name, "periodic") for name in ("uaddressmode", "vaddressmode"))
+        return self._source(
+            shader,
+            coordinates=coordinates,
+            wraps=[Wrap.REPEAT, Wrap.REPEAT] if is_tiled else list(wraps),
+            scale=(1.0, 1.0, 1.0, 1.0),
+            bias=(0.0, 0.0, 0.0, 0.0),
+            fallback=self._vector4(shader, "default", (0.0, 0.0, 0.0, 1.0)),
+            color_space="auto" if is_color else "raw",
+        )
+
+    def _source(
+        self,
+        shader: UsdShade.Shader,
+        *,
+        coordinates: Coordinates,
+        wraps: list[Wrap],
+        scale: Vector4,
+        bias: Vector4,
+        fallback: Vector4,
+        color_space: str,
+    ) -> Source:
+        prim = shader.GetPath()
+        file = shader.GetInput("file")
+        attribute = find_source(file, self._report) if file else None
+        asset = attribute.Get(self._time) if isinstance(attribute, Usd.Attribute) else None
+        transform = coordinates.transform
+        if isinstance(asset, Sdf.AssetPath) and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
+            image, of_tiles = self._images.load_tiles(attribute, asset, prim)
+            transform = np.vstack([of_tiles, [0, 0, 1]]) @ transform
+            wraps = [Wrap.TILES, Wrap.TILES]
+        else:
+            image = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
+        is_srgb = False
+        if color_space == "auto" and image >= 0:
+            image, is_srgb = self._images.decoded(image, attribute, prim)
+        elif color_space != "auto":
+            named = find_color_space(color_space)  # the tokens raw and sRGB are such names, too
+            if named is not None:
+                image, is_srgb = self._images.in_space(image, named)
+            else:
+                self._report.warn(UNKNOWN_TOKEN, prim, f"the sourceColorSpace {color_space!r} is unknown; read as raw")
+        texture = Texture(
+            image,
+            primvar=coordinates.primvar,
+            uv_fallback=coordinates.fallback,
+            uv_transform=transform[:2].astype(np.float32),
+            wrap_s=wraps[0],
+            wrap_t=wraps[1],
+            scale=scale,
+            bias=bias,
+            fallback=fallback,
+            is_srgb=is_srgb,
+        )
+        return _texture_source(texture)
+
+    def _wrap(self, shader: UsdShade.Shader, name: str, default: str) -> Wrap:
+        token = self._token(shader, name, default)
+        if token not in _WRAPS:
+            self._report.warn(UNKNOWN_TOKEN, shader.GetPath(), f"the wrap mode {token!r} is unknown; read as black")
+        return _WRAPS.get(token, Wrap.BLACK)
+
+    def _token(self, shader: UsdShade.Shader, name: str, default: str) -> str:
+        value = read_token(shader, name, self._time, self._report)
+        return default if value is None else value
+
+    def _vector4(self, shader: UsdShade.Shader, name: str, default: Vector4) -> Vector4:
+        found = read_numbers(shader, name, (1, 3, 4), self._time, self._report)
+        if found is None:
+            return default
+        red, green, blue = found[:3] if len(found) >= 3 else (found[0],) * 3
+        return (red, green, blue, found[3] if len(found) == 4 else default[3])
+
+
+def _texture_source(texture: Texture) -> Source:
+    values = (texture.image, texture.primvar, texture.uv_fallback, texture.uv_transform.tolist(), texture.is_srgb)
+    return Source(
+        f"{values} {texture.wrap_s} {texture.wrap_t} {texture.scale} {texture.bias} {texture.fallback}", texture
+    )
