@@ -18,7 +18,7 @@ PARTS = {
     "base": ["errors", "report", "options"],
     "scene": [
         *(
-            "scene",
+            "scene.*",
             "displacement",
             "framing",
             "headlight",

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Surfaces, and the images, textures and primvars that their inputs read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+
+class MaterialModel(IntEnum):
+    """Which illumination a material asks for."""
+
+    WHITTED = 0
+    """The lecture's terms: spec of ``WhittedSurface``."""
+    PREVIEW = 1
+    """UsdPreviewSurface."""
+
+
+class Wrap(IntEnum):
+    """What a texture holds outside [0, 1]."""
+
+    BLACK = 0
+    CLAMP = 1
+    REPEAT = 2
+    MIRROR = 3
+    TILES = 4
+    """Nothing, black, beyond half a texel: UDIM tiles, whose seams end on the outermost edge."""
+
+
+class OpacityMode(IntEnum):
+    """What opacity below one means: light through the material, or less of the material."""
+
+    TRANSPARENT = 0
+    PRESENCE = 1
+
+
+@dataclass(frozen=True)
+class Image:
+    """Texels. Row 0 is the bottom one, where v = 0, as USD has it."""
+
+    path: str
+    pixels: np.ndarray
+    """uint8 or float32, shape [height, width, 4]."""
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image with all that a UsdUVTexture and what feeds its ``st`` say: out = decode(texel) * scale + bias."""
+
+    image: int
+    """Row of ``Scene.images``, or -1 where the file is unreadable: the result is then ``fallback``, unscaled."""
+    primvar: str = "st"
+    """Name of the two-component primvar that holds the texture coordinates."""
+    uv_fallback: tuple[float, float] = (0.0, 0.0)
+    uv_transform: np.ndarray = field(default_factory=lambda: np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], np.float32))
+    """float32, shape [2, 3], applied to (u, v, 1)."""
+    wrap_s: Wrap = Wrap.BLACK
+    wrap_t: Wrap = Wrap.BLACK
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    fallback: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    is_srgb: bool = False
+    """Whether red, green and blue are decoded by the sRGB curve before filtering; alpha never is."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """One input of a surface: a constant, a texture's channel(s), or a primvar."""
+
+    value: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    """The constant; for a primvar, the fallback where the mesh has none of that name. Scalars sit in element 0."""
+    texture: int = -1
+    """Row of ``Scene.textures``; -1: not textured."""
+    primvar: str = ""
+    """Name of the primvar that is read directly; empty: none."""
+    channel: int = -1
+    """0 to 3 picks red, green, blue or alpha; -1 takes the vector."""
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    """Of a primvar, or its fallback: what is read is value * scale + bias. A texture has its own."""
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+
+MATERIAL_DEFAULTS: Mapping[MaterialModel, Mapping[str, tuple[float, ...]]] = {
+    MaterialModel.WHITTED: {
+        "ambient": (0.1, 0.1, 0.1),
+        "diffuse": (0.8, 0.8, 0.8),
+        "specular": (0.0, 0.0, 0.0),
+        "shininess": (32.0,),
+        "reflection": (0.0, 0.0, 0.0),
+        "transmission": (0.0, 0.0, 0.0),
+        "ior": (1.5,),
+    },
+    MaterialModel.PREVIEW: {
+        "diffuseColor": (0.18, 0.18, 0.18),
+        "emissiveColor": (0.0, 0.0, 0.0),
+        "specularColor": (0.0, 0.0, 0.0),
+        "metallic": (0.0,),
+        "roughness": (0.5,),
+        "clearcoat": (0.0,),
+        "clearcoatRoughness": (0.01,),
+        "opacity": (1.0,),
+        "ior": (1.5,),
+        "normal": (0.0, 0.0, 1.0),
+        "occlusion": (1.0,),
+    },
+}
+"""Inputs of each model and what they are where a material says nothing: docs/whitted.md, UsdPreviewSurface 2.6."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A surface. Inputs that are absent have the defaults of their model's specification."""
+
+    path: str
+    model: MaterialModel
+    inputs: Mapping[str, Input] = field(default_factory=dict)
+    """By the specification's names: ``diffuse``, ``reflection``, ... or ``diffuseColor``, ``roughness``, ..."""
+    use_specular_workflow: bool = False
+    opacity_mode: OpacityMode = OpacityMode.TRANSPARENT
+    opacity_threshold: float = 0.0
+    is_single_sided: bool = False
+    """Whether it is not there for rays that meet it from behind, as the cards of a model's draw mode are."""

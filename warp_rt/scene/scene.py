@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The scene itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warp_rt.errors import SceneError
+from warp_rt.report import Diagnostic
+from warp_rt.scene.bounds import local_boxes
+from warp_rt.scene.cameras import Camera
+from warp_rt.scene.geometry import Instances, Mesh, Primvar, Shapes, is_closed
+from warp_rt.scene.lights import Dome, Light
+from warp_rt.scene.materials import Image, Material, MaterialModel, Texture
+from warp_rt.scene.settings import Product, Settings
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a picture needs, and the record of what was left out."""
+
+    meshes: tuple[Mesh | Shapes, ...]
+    instances: Instances
+    prims: tuple[str, ...] = ()
+    """Path of each primId."""
+    instance_paths: Sequence[str] = ()
+    """Path of each instanceId: the native instance, or ``/Instancer[7]``."""
+    labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    """Semantic labels: prim path to taxonomy to labels."""
+    materials: tuple[Material, ...] = ()
+    textures: tuple[Texture, ...] = ()
+    images: tuple[Image, ...] = ()
+    lights: tuple[Light, ...] = ()
+    domes: tuple[Dome, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    settings: Settings = field(default_factory=Settings)
+    """With what the first of ``products`` overrides."""
+    products: tuple[Product, ...] = ()
+    up_axis: str = "Y"
+    meters_per_unit: float = 0.01
+    source: str = ""
+    """File that the scene was read from, or empty."""
+    time: float | None = None
+    """Time code; None: the default time."""
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    def __repr__(self) -> str:
+        counts = {
+            "meshes": len(self.meshes),
+            "triangles": self.triangle_count,
+            **({"shapes": self.shape_count} if self.shape_count else {}),
+            "instances": len(self.instances),
+            "materials": len(self.materials),
+            "lights": len(self.lights) + len(self.domes),
+            "cameras": len(self.cameras),
+        }
+        source = f" {self.source!r}" if self.source else ""
+        return f"<warp_rt.Scene{source}: {', '.join(f'{name} {count:,}' for name, count in counts.items())}>"
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles in memory; instances share theirs."""
+        return sum(len(mesh.triangles) for mesh in self.meshes if isinstance(mesh, Mesh))
+
+    @property
+    def shape_count(self) -> int:
+        """Spheres, cones and segments of curves in memory; instances share theirs."""
+        return sum(len(mesh.points) for mesh in self.meshes if isinstance(mesh, Shapes))
+
+    def bounds(self) -> np.ndarray:
+        """Return the world-space box of all instances: float64, shape [2, 3]; NaN where there is no geometry."""
+        if not len(self.instances):
+            return np.full((2, 3), np.nan)
+        local = local_boxes(self.meshes)[self.instances.mesh]
+        center, half = local.mean(axis=1), (local[:, 1] - local[:, 0]) / 2
+        matrix = self.instances.world_from_local
+        center = np.einsum("nij,nj->ni", matrix[:, :3, :3], center) + matrix[:, :3, 3]
+        half = np.einsum("nij,nj->ni", np.abs(matrix[:, :3, :3]), half)
+        return np.array([np.nanmin(center - half, axis=0), np.nanmax(center + half, axis=0)])
+
+    def origin(self) -> np.ndarray:
+        """Return the world point that float32 coordinates are taken relative to: float64, shape [3].
+
+        The world's own origin, unless the geometry lies so far from it (beyond 8 times its extent) that float32
+        would lose digits; then the centre of the bounds.
+        """
+        low, high = self.bounds()
+        center = (low + high) / 2
+        if not np.isfinite(center).all() or np.abs(center).max() <= 8 * np.linalg.norm(high - low):
+            return np.zeros(3)
+        return center
+
+    @staticmethod
+    def from_arrays(
+        points: Any,
+        faces: Any,
+        *,
+        normals: Any = None,
+        world_from_local: Any = None,
+        material: Material | None = None,
+        lights: Sequence[Light] = (),
+        cameras: Sequence[Camera] = (),
+        settings: Settings | None = None,
+    ) -> Scene:
+        """Return a scene of one triangle mesh, without USD.
+
+        Args:
+            points: Vertices, shape [n, 3], local space.
+            faces: Vertex indices, shape [m, 3], counter-clockwise seen from outside.
+            normals: Shading normals, one a vertex [n, 3] or one a corner [m, 3, 3]; None: flat shading.
+            world_from_local: Placement, shape [4, 4]; None: the identity.
+            material: Surface; None: a grey diffuse WhittedSurface.
+            lights: Lights; where there are none, a renderer adds a headlight.
+            cameras: Cameras; where there are none, the scene is framed.
+            settings: Scene-wide terms such as ambient light and background.
+
+        Raises:
+            SceneError: A shape is wrong, an index is out of range, or a number is not finite.
+        """
+        vertices = np.ascontiguousarray(points, np.float32)
+        triangles = np.ascontiguousarray(faces, np.int32)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+            raise SceneError(f"points: shape [n, 3] of finite numbers expected, got shape {list(vertices.shape)}")
+        if triangles.ndim != 2 or triangles.shape[1] != 3:
+            raise SceneError(f"faces: shape [m, 3] expected, got {list(triangles.shape)}")
+        if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
+            raise SceneError(f"faces: an index is outside 0..{len(vertices) - 1}")
+        matrix = np.eye(4) if world_from_local is None else np.asarray(world_from_local, float)
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) == 0:
+            raise SceneError("world_from_local: an invertible 4 x 4 matrix expected")
+        mesh = Mesh(vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles))
+        row = np.zeros(1, np.int32)
+        return Scene(
+            meshes=(mesh,) if len(triangles) else (),
+            instances=Instances(row, matrix[None], row, row, row, row - 1)
+            if len(triangles)
+            else Instances(row[:0], matrix[None][:0], row[:0], row, row[:0], row[:0]),
+            prims=("/mesh",),
+            materials=(material or Material("/material", MaterialModel.WHITTED),),
+            lights=tuple(lights),
+            cameras=tuple(cameras),
+            settings=settings or Settings(),
+        )
+
+
+def _normals_primvar(normals: Any, vertices: np.ndarray, triangles: np.ndarray) -> Primvar | None:
+    if normals is None:
+        return None
+    values = np.ascontiguousarray(normals, np.float32)
+    if not np.isfinite(values).all():
+        raise SceneError("normals: every number must be finite")
+    if values.shape == vertices.shape:
+        return Primvar(values, triangles)
+    if values.shape == (len(triangles), 3, 3):
+        return Primvar(values.reshape(-1, 3), np.arange(values.size // 3, dtype=np.int32).reshape(-1, 3))
+    raise SceneError(f"normals: shape [n, 3] or [m, 3, 3] expected, got {list(values.shape)}")
