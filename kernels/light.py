@@ -166,15 +166,15 @@ def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
     silhouette are exact; only the arcs at its ends are made of ``CYLINDER_FACETS`` straight pieces, whose inner corners
     stand out so far that they enclose the arc's area.
     """
-    axial = wp.dot(to_center, light.axis_x)
-    radial = to_center - light.axis_x * axial
+    half_x = light.half_x
+    axis = wp.normalize(half_x)
+    radial = to_center - axis * wp.dot(to_center, axis)
     d = wp.length(radial)
     zero = wp.vec3(0.0, 0.0, 0.0)
     if d <= light.radius:
         return zero
     toward = radial * (-light.radius / d)
-    side = wp.cross(light.axis_x, toward)
-    half_x = light.axis_x * light.half_width
+    side = wp.cross(axis, toward)
     arc = wp.acos(light.radius / d)
     result = zero
     # Corners at x radii, the outermost two at 1: (n - 2) x^2 + 2 x = n a / sin a, a being the angle of a facet.
@@ -224,11 +224,11 @@ def sample_light(light: LightData, position: wp.vec3) -> LightSample:
         flux = wp.vec3(0.0, 0.0, 0.0)
         if light.kind == KIND_CYLINDER:
             flux = cylinder_irradiance(light, to_center)
-        elif wp.dot(to_center, light.axis_z) > 0.0:
+        elif wp.dot(to_center, light.normal) > 0.0:
             if light.kind == KIND_DISK:
-                flux = disk_irradiance(to_center, -light.axis_z, light.radius)
+                flux = disk_irradiance(to_center, -light.normal, light.radius)
             else:
-                flux = rect_irradiance(to_center, light.axis_x * light.half_width, light.axis_y * light.half_height)
+                flux = rect_irradiance(to_center, light.half_x, light.half_y)
         amount = wp.length(flux)
         if amount == 0.0:
             s.wi = flux

@@ -36,7 +36,7 @@ def sample_extent(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> Li
         return sample_sphere(center, light.half_x, light.half_y, light.half_z, u)
     if light.kind == KIND_CYLINDER:
         return sample_cylinder(center, light.half_x, light.half_y, light.half_z, u)
-    if wp.dot(center, light.axis_z) <= 0.0:
+    if wp.dot(center, light.normal) <= 0.0:
         return LightDirection()
     if light.kind == KIND_RECT:
         return sample_rect(center, light.half_x, light.half_y, u)
@@ -53,7 +53,7 @@ def meet_extent(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> Lig
         return meet_sphere(center, light.half_x, light.half_y, light.half_z, wi)
     if light.kind == KIND_CYLINDER:
         return meet_cylinder(center, light.half_x, light.half_y, light.half_z, wi)
-    if wp.dot(center, light.axis_z) <= 0.0:
+    if wp.dot(center, light.normal) <= 0.0:
         return LightDirection()
     if light.kind == KIND_RECT:
         return meet_rect(center, light.half_x, light.half_y, wi)

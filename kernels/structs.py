@@ -126,17 +126,15 @@ class LightData:
 
     kind: wp.int32
     position: wp.vec3
-    axis_x: wp.vec3
-    """Unit, world direction of local X; so too ``axis_y`` and ``axis_z``. Light shines along -axis_z."""
-    axis_y: wp.vec3
     axis_z: wp.vec3
+    """Unit, world direction of local Z, which shaping looks at; a distant light shines along -axis_z."""
+    normal: wp.vec3
+    """Rect and disk: unit, of their plane, which shear turns away from local Z. They shine along -normal."""
     emission: wp.vec3
     """Distant, and point without fall-off: the irradiance of a facing surface. Else: its surface's radiance."""
     radius: wp.float32
-    half_width: wp.float32
-    half_height: wp.float32
     half_x: wp.vec3
-    """Half axes of the shape as its transform leaves them, world space: what sampling sees; so too ``half_y``."""
+    """Half axes of the shape as its transform leaves them, world space; so too ``half_y``."""
     half_y: wp.vec3
     half_z: wp.vec3
     cap: wp.float32

@@ -88,17 +88,14 @@ def shaping(light: Light, cosine: np.ndarray) -> np.ndarray:
     return factor
 
 
-def arriving(light: Light, point: np.ndarray, count: int = 512) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def arriving(light: Light, point: np.ndarray, count: int = 512, *, with_places: bool = False) -> tuple[np.ndarray, ...]:
     """Return unit directions from a point to the patches that it sees, their solid angles, and their radiance.
 
-    Nothing is in between. Shapes [n, 3], [n], [n, 3].
+    Nothing is in between. Shapes [n, 3], [n], [n, 3]; with places, also where the patches are, shape [n, 3].
     """
     axis = light.world_from_light[:3, 2] / np.linalg.norm(light.world_from_light[:3, 2])
     if light.kind == LightKind.DISTANT:
         return _cone(light, axis, count)
-    if light.kind in (LightKind.RECT, LightKind.DISK):
-        axis = np.linalg.inv(light.world_from_light[:3, :3])[2]
-        axis /= np.linalg.norm(axis)
     centers, areas = patches(light, count)
     to_light = centers - point
     d = np.linalg.norm(to_light, axis=1)
@@ -106,7 +103,8 @@ def arriving(light: Light, point: np.ndarray, count: int = 512) -> tuple[np.ndar
     solid_angle = np.maximum(-(areas * wi).sum(1), 0) / d**2
     seen = solid_angle > 0
     radiance = np.array(light.radiance) * shaping(light, wi[seen] @ axis)
-    return wi[seen], solid_angle[seen], radiance
+    places = (centers[seen],) if with_places else ()
+    return (wi[seen], solid_angle[seen], radiance, *places)
 
 
 def _cone(light: Light, axis: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

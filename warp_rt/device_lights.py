@@ -25,22 +25,18 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         tables: Takes what the light has and few others do.
     """
     axes, lengths = unit_axes(light.world_from_light)
+    normal = axes[2]
     if light.kind in (LightKind.RECT, LightKind.DISK):
-        # They shine along the normal of their plane, which shear and mirroring do not keep on local Z's way.
         normal = np.linalg.inv(light.world_from_light[:3, :3])[2]
-        axes[2] = normal / np.linalg.norm(normal)
     texture, mean_color = tables.add_texture(light)
     half_axes = light.world_from_light[:3, :3].T * _half_sizes(light)[:, None]
     return {
         "kind": int(light.kind),
         "position": light.world_from_light[:3, 3] - origin,
-        "axis_x": axes[0],
-        "axis_y": axes[1],
         "axis_z": axes[2],
+        "normal": normal / np.linalg.norm(normal),
         "emission": _emission(light) * mean_color,
         "radius": _radius(light, lengths),
-        "half_width": (light.length if light.kind == LightKind.CYLINDER else light.width) * lengths[0] / 2,
-        "half_height": light.height * lengths[1] / 2,
         "half_x": half_axes[0],
         "half_y": half_axes[1],
         "half_z": half_axes[2],

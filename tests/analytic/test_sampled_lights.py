@@ -40,6 +40,7 @@ def placed(
 
 ABOVE, ASIDE = (0.3, -0.2, 2.0), (0.5, 0.1, -0.8)
 SHEAR = np.array([[1.5, 0.6, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]])
+LEANING = np.array([[1.25, 0.0, 0.6], [0.0, 1.0, 0.0], [0.0, 0.0, 0.75]])  # luxtest's frames 26 to 30
 SHAPES = {
     LightKind.SPHERE: {"radius": 0.8},
     LightKind.RECT: {"width": 2.0, "height": 0.7},
@@ -73,8 +74,9 @@ def test_floors_under_shaped_lights(kind: LightKind, shaping: str) -> None:
 
 @pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
 def test_uneven_scales_are_sampled_as_they_are(kind: LightKind) -> None:
-    for scale in ((0.4, 1.6, 0.7), SHEAR):
-        light = Light("/lamp", kind, placed(ABOVE, ASIDE, scale), (1.0, 1.0, 1.0), **SHAPES[kind])
+    """Under shear a flat light shines to one side of its plane, and focus looks at local Z, which leans against it."""
+    for scale, focus in (((0.4, 1.6, 0.7), 0.0), (SHEAR, 0.0), (LEANING, 2.0)):
+        light = Light("/lamp", kind, placed(ABOVE, ASIDE, scale), (1.0, 1.0, 1.0), focus=focus, **SHAPES[kind])
         held_against(light, floor_film(light), 0.01)
 
 

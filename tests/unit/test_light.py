@@ -77,7 +77,7 @@ def test_cylinder(center: tuple, length: float, radius: float) -> None:
     points = np.array(center, float) + np.stack([x, 0 * x, 0 * x], -1) + radius * normals
     expected = integrate(points, normals, np.full(len(points), 2 * np.pi * radius * length / len(points)))
     light = LightData()
-    light.axis_x, light.half_width, light.radius = wp.vec3(1.0, 0.0, 0.0), length / 2.0, radius
+    light.half_x, light.radius = wp.vec3(length / 2.0, 0.0, 0.0), radius
     got = np.array(cylinder_irradiance(light, wp.vec3(*center)))
     # What CYLINDER_FACETS promises, and the error of the quadrature that it is compared with.
     np.testing.assert_allclose(got, expected, rtol=6e-3, atol=6e-3 * np.linalg.norm(expected))
@@ -85,7 +85,7 @@ def test_cylinder(center: tuple, length: float, radius: float) -> None:
 
 def test_long_cylinder_is_the_two_dimensional_closed_form() -> None:
     light = LightData()
-    light.axis_x, light.half_width, light.radius = wp.vec3(1.0, 0.0, 0.0), 1e4, 0.25
+    light.half_x, light.radius = wp.vec3(1e4, 0.0, 0.0), 0.25
     got = np.linalg.norm(np.array(cylinder_irradiance(light, wp.vec3(0.0, 0.0, 2.0))))
     assert got == pytest.approx(np.pi * 0.25 / 2.0, rel=1e-4)  # E = pi L r / d
 
