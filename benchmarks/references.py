@@ -39,6 +39,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from warp_rt import Renderer, RenderOptions, Scene
 from warp_rt.api import open_scene
 from warp_rt.errors import WarpRtError
+from warp_rt.film_camera import choose_camera, frame_camera
 from warp_rt.image.image import Image
 from warp_rt.options import COMPLEXITIES
 from warp_rt.shutter import render_frame
@@ -254,10 +255,14 @@ def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
     moment = None if pair.frame is None or math.isnan(pair.frame) else pair.frame
     frame = _prepared(source.scene(moment), pair)
     options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
+    if pair.renderer == "usdrecord framed":
+        eye = choose_camera(frame, None) or frame_camera(frame, options, cuts=True)
+    else:
+        eye = camera or None
     film, _ = render_frame(
         Renderer(frame, options, device="cpu"),
-        lambda time: (_prepared(source.scene(time, base_time=frame.time), pair), camera or None),
-        camera=camera or None,
+        lambda time: (_prepared(source.scene(time, base_time=frame.time), pair), eye),
+        camera=eye,
     )
     return Image(film)
 

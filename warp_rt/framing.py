@@ -20,15 +20,17 @@ _FLAT = 1e-6  # extent by the largest one, below which a scene has no extent
 _PATH = "/__framing"
 
 
-def frame_scene(scene: Scene, *, aspect: float = 0.0) -> Camera:
+def frame_scene(scene: Scene, *, aspect: float = 0.0, cuts: bool = False) -> Camera:
     """Return a camera that sees the whole scene, along -Z with +Y up, or along +Y with +Z up.
 
     As in usdrecord, the circle about the corner of the bounding box that faces the camera fills the width of a 50 mm
-    camera's picture. Two departures: a scene that is flat along its up axis, of which that camera would see an edge,
-    is looked at from above; and an empty scene is framed like a cube of side 2 about the origin.
+    camera's picture. Three departures: the camera steps back from a scene so high that its box would reach beyond the
+    picture's upper edge; a scene that is flat along its up axis, of which that camera would see an edge, is looked at
+    from above; and an empty scene is framed like a cube of side 2 about the origin.
 
     Args:
         scene: Its bounds and its up axis count.
+        cuts: Leave high scenes cut off, as usdrecord does.
         aspect: Width by height of the image, which the window is widened or heightened to, never cut (the policy
             expandAperture). 0: unknown; the window keeps that of a 35 mm academy frame, as GfCamera has it.
 
@@ -44,13 +46,16 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0) -> Camera:
     if abs(size @ np.abs(up)) <= _FLAT * size.max() < size @ np.abs(back):
         up, back = -back, up
     radius = math.hypot(size @ right, size @ np.abs(up)) / 2
-    distance = radius / (_HORIZONTAL_APERTURE / 2 / _FOCAL_LENGTH) + float(size @ np.abs(back)) / 2
+    half_width, half_height = _HORIZONTAL_APERTURE / 2 / _FOCAL_LENGTH, _VERTICAL_APERTURE / 2 / _FOCAL_LENGTH
+    to_face = radius / half_width
+    if aspect > 0:
+        half_width, half_height = max(half_width, half_height * aspect), max(half_height, half_width / aspect)
+    if not cuts:
+        to_face = max(to_face, float(size @ np.abs(up)) / 2 / half_height)
+    distance = to_face + float(size @ np.abs(back)) / 2
     if distance < _NEAR:
         distance += _NEAR
     matrix = np.eye(4)
     matrix[:3, :3] = np.column_stack([right, up, back])
     matrix[:3, 3] = center + distance * back
-    half_width, half_height = _HORIZONTAL_APERTURE / 2 / _FOCAL_LENGTH, _VERTICAL_APERTURE / 2 / _FOCAL_LENGTH
-    if aspect > 0:
-        half_width, half_height = max(half_width, half_height * aspect), max(half_height, half_width / aspect)
     return Camera(_PATH, matrix, (-half_width, half_width, -half_height, half_height))

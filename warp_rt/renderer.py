@@ -48,6 +48,7 @@ from warp_rt.workers import default_thread_count
 Scratch = tuple[wp.array, Any, wp.array]
 """Ray tasks, traversal stacks and counters of one worker."""
 
+_LOST = 1e-4  # share of a picture below which what shows is thought to be lost in it
 _REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, from which building anew pays
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
 _TILE = 8  # position of ``tile`` among the arguments of ``render_tile``; ``sample`` comes next
@@ -227,7 +228,7 @@ class Renderer:
         """Return what a film that this renderer has started shows, once all its samples are there."""
         width, height = film.buffers.area[2:]
         is_window = film.options.crop is None and film.buffers.area != (0, 0, *film.size)
-        return Film(
+        developed = Film(
             width=width,
             height=height,
             aovs=film.buffers.develop(spp=film.options.spp, camera=film.camera, origin=self._device_scene.origin),
@@ -239,6 +240,8 @@ class Renderer:
             data_window=(*film.buffers.area[:2], *film.size) if is_window else None,
             pixel_aspect_ratio=pixel_aspect_ratio(film.camera, *film.size, self.scene.settings),
         )
+        self._note_emptiness(developed, film)
+        return developed
 
     def trace_tree(
         self, x: int, y: int, *, camera: str | Camera | None = None, samples: Sequence[int] | None = None
@@ -356,6 +359,18 @@ class Renderer:
         )
         message = f"the shutter is open while things move: drawn as at the frame's time; {how}"
         self.diagnostics = (*self.diagnostics, Diagnostic("N931", camera.path, message))
+
+    def _note_emptiness(self, developed: Film, film: Exposure) -> None:
+        """Note that a whole picture shows next to nothing of a scene that has something to show."""
+        instances = self.scene.instances
+        holds_out = instances.is_matte is not None and instances.is_matte.any()
+        covered = float(developed.alpha.sum())
+        if film.options.crop is not None or len(instances) == 0 or holds_out or covered > _LOST * developed.alpha.size:
+            return
+        low, high = (", ".join(f"{number:g}" for number in corner) for corner in self.scene.bounds())
+        seen = f"{covered:.2g} of {developed.alpha.size:,} pixels show" if covered else "nothing of the picture shows"
+        note = Diagnostic("N932", film.camera.path, f"{seen} the scene, which reaches from ({low}) to ({high})")
+        self.diagnostics = tuple(dict.fromkeys((*self.diagnostics, note)))
 
     def _trace(
         self, shared: list[wp.array], film: Exposure, samples: range, progress: Callable[[float], None] | None

@@ -418,6 +418,7 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
         "N916",
         "N930",
         "N931",
+        "N932",
     }
 
 

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The framing camera against usdrecord's arithmetic, and the headlight."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
+from warp_rt import Renderer, RenderOptions
 from warp_rt.framing import frame_scene
 from warp_rt.headlight import headlight
 from warp_rt.scene import Camera, LightKind, Scene
@@ -34,7 +36,7 @@ def test_cube_is_seen_from_usdrecords_distance():
 
 def test_z_up_is_seen_along_plus_y():
     camera = frame_scene(_scene([0, 0, 0], [2, 4, 6], "Z"))
-    distance = math.hypot(1, 3) / TANGENT + 2
+    distance = 3 / 0.152908 + 2
     np.testing.assert_allclose(camera.world_from_camera[:3, 3], [1, 2 - distance, 3], rtol=1e-12)
     right, up, back = camera.world_from_camera[:3, :3].T
     np.testing.assert_array_equal([right, up, back], [[1, 0, 0], [0, 0, 1], [0, -1, 0]])
@@ -53,15 +55,34 @@ def test_window_grows_to_the_images_aspect(aspect, width, height):
     assert camera.window == pytest.approx((-width, width, -height, height))
 
 
+@pytest.mark.parametrize("aspect", [0, 0.5, 1, 3])
+@pytest.mark.parametrize("high", [(5, 4, 4), (1.5, 20, 4), (1.5, 4, 20), (50, 4, 4)])
 @pytest.mark.parametrize("up_axis", ["Y", "Z"])
-def test_every_corner_of_the_box_is_in_a_wide_picture(up_axis):
-    low, high = np.array([1.0, 2, 3]), np.array([5.0, 4, 4])
-    camera = frame_scene(_scene(low, high, up_axis), aspect=1)
-    corners = np.array([[x, y, z, 1] for x in (1, 5) for y in (2, 4) for z in (3, 4)], float)
+def test_every_corner_of_the_box_is_in_the_picture(up_axis, high, aspect):
+    low = (1, 2, 3)
+    camera = frame_scene(_scene(low, high, up_axis), aspect=aspect)
+    corners = np.array([[*corner, 1] for corner in itertools.product(*zip(low, high, strict=True))], float)
     local = corners @ np.linalg.inv(camera.world_from_camera).T
     projected = local[:, :2] / -local[:, 2:3]
     assert (local[:, 2] < 0).all()
-    assert (np.abs(projected) <= [camera.window[1], camera.window[3]]).all()
+    assert (np.abs(projected) <= np.array([camera.window[1], camera.window[3]]) * (1 + 1e-12)).all()
+
+
+def test_a_high_scene_is_cut_off_where_usdrecord_does():
+    box = _scene([-1, -5, -1], [1, 5, 1])
+    camera = frame_scene(box, cuts=True)
+    assert camera.world_from_camera[2, 3] == pytest.approx(math.hypot(1, 5) / TANGENT + 1)
+    assert frame_scene(box).world_from_camera[2, 3] == pytest.approx(5 / 0.152908 + 1)
+
+
+def test_an_empty_picture_of_a_scene_is_told():
+    box = Scene.from_arrays([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], FACES)
+    away = np.diag([-1.0, 1, -1, 1])
+    away[2, 3] = 5
+    for matrix, codes in ((away, ["N902", "N932"]), (frame_scene(box).world_from_camera, ["N902"])):
+        renderer = Renderer(box, RenderOptions(width=8, height=8), device="cpu")
+        renderer.render(camera=Camera("/c", matrix, (-0.2, 0.2, -0.2, 0.2)))
+        assert [note.code for note in renderer.diagnostics] == codes
 
 
 @pytest.mark.parametrize(("up_axis", "high", "view"), [("Y", [4, 0, 4], [0, -1, 0]), ("Z", [4, 4, 0], [0, 0, -1])])

@@ -129,4 +129,4 @@ def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:
     paths = [camera.path for camera in scene.cameras]
     is_there = name or scene.settings.camera in paths or any(path.endswith(f"/{MAIN_CAMERA}") for path in paths)
     chosen = choose_camera(scene, name) if is_there else None
-    return chosen or frame_camera(scene, options)
+    return chosen or frame_camera(scene, options, cuts=True)
