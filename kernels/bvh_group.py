@@ -14,12 +14,13 @@ import warp as wp
 
 from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Stack
-from .bvh_traverse import is_ray_finite, transform_ray
+from .bvh_traverse import is_ray_finite
 from .constants import ALL_RAYS, GROUP, GROUP_FLOATS, GROUP_MIN, LEAVE_INSTANCE
 from .group_stack import GroupStack, push_children_group, push_group
 from .intersect_group import meet_triangles
-from .ray_group import bound_group, copy_group_ray, greatest_end, group_ray, set_group_ray
+from .ray_group import bound_group, greatest_end, group_ray, rays_reaching
 from .ray_set import count_rays, drop_first, first_ray
+from .transform_group import transform_group
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -108,29 +109,17 @@ def enter_instance(accel: wp.ref[AccelData], group: wp.ref[RayGroup], record: in
 
     The group keeps those whose octant is the first one's; the others are traced right here.
     """
-    together = wp.uint32(0)
-    octant = int(-1)
-    first = int(0)
+    together = transform_group(accel.instances, record, group.rays, rays)
+    rest = rays & ~together
     hits = int(0)
-    rest = wp.uint32(rays)
     while rest != wp.uint32(0):
         index = first_ray(rest)
-        ray = transform_ray(accel.instances[record], group_ray(group.rays, 0, index))
-        if is_ray_finite(ray.origin, ray.direction):
-            set_group_ray(group.rays, GROUP_FLOATS, index, ray)
-            if octant < 0:
-                octant = ray.octant
-                first = index
-            if ray.octant == octant:
-                together = together | (wp.uint32(1) << wp.uint32(index))
-            else:
-                hits += trace_alone(accel, group, accel.instances[record].root, GROUP_FLOATS, index, record, is_any)
         rest = drop_first(rest)
+        ray = group_ray(group.rays, GROUP_FLOATS, index)
+        if is_ray_finite(ray.origin, ray.direction):
+            hits += trace_alone(accel, group, accel.instances[record].root, GROUP_FLOATS, index, record, is_any)
     if together != wp.uint32(0):
-        for index in range(wp.int32(GROUP)):
-            if (together & (wp.uint32(1) << wp.uint32(index))) == wp.uint32(0):
-                copy_group_ray(group.rays, GROUP_FLOATS, first, index)
-        bound_group(group.rays, GROUP_FLOATS)
+        bound_group(group.rays, GROUP_FLOATS, together)
     return together, hits
 
 
@@ -142,21 +131,22 @@ def trace_group(accel: wp.ref[AccelData], group: wp.ref[RayGroup], count: int, i
     """
     for index in range(wp.int32(GROUP)):
         group.words[index] = -1
-    bound_group(group.rays, 0)
+    everyone = ALL_RAYS >> wp.uint32(GROUP - count)
+    bound_group(group.rays, 0, everyone)
     t_end = greatest_end(group.ends)
     record = int(accel.only_instance)
     first = int(0)
-    push_group(group.stack, 0, accel.root, 0.0, ALL_RAYS >> wp.uint32(GROUP - count))
+    push_group(group.stack, 0, accel.root, 0.0, everyone)
     top = int(1)
     while top > 0:
         top -= 1
         code = group.stack.codes[top]
-        rays = group.stack.rays[top]
+        rays = rays_reaching(group.ends, group.stack.distances[top], group.stack.rays[top])
         hits = int(0)
         if code == LEAVE_INSTANCE:
             record = -1
             first = 0
-        elif group.stack.distances[top] <= t_end:
+        elif rays != wp.uint32(0):
             if code >= 0:
                 if record >= 0 and count_rays(rays) <= GROUP_MIN:
                     hits = trace_each(accel, group, code, first, rays, record, is_any)

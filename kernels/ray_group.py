@@ -17,12 +17,14 @@ from .constants import (
     FAR_ROW,
     GROUP,
     GROUP_BOUNDS,
-    GROUP_ROWS,
     INVERSE_ROW,
+    MAX_DIRECTION,
+    MIN_DIRECTION,
     NO_TRIANGLE,
     SHEAR_ROW,
+    SLAB_SCALE,
 )
-from .intersect_packet import PacketRay, octant_of
+from .intersect_packet import VECTOR_TYPES, PacketRay, octant_of
 from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -67,69 +69,164 @@ def group_ray(group: wp.array[float], first: int, index: int) -> PacketRay:
     return ray
 
 
-@wp.func
-def copy_group_ray(group: wp.array[float], first: int, source: int, index: int):
-    """Write a ray of a group over another one."""
-    for row in range(wp.int32(GROUP_ROWS)):
-        group[first + row * GROUP + index] = group[first + row * GROUP + source]
-
-
-_BOUNDS = r"""
-    const float* rays = (const float*)group.data + first;
-    float* bounds = (float*)group.data + first + GROUP_BOUNDS;
-    for (int axis = 0; axis < 3; ++axis) {
-        const float *origins = rays + axis * GROUP, *inverses = rays + (INVERSE_ROW + axis) * GROUP;
-        float extremes[4];
-        for (int row = 0; row < 2; ++row) {
-            const float* values = row == 0 ? origins : inverses;
+_PREPARE = (
+    r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
-            float low = values[0], high = values[0];
-            for (int ray = 1; ray < GROUP; ++ray) {
-                low = wp::min(low, values[ray]);
-                high = wp::max(high, values[ray]);
-            }
-#else
-            typedef float float8 __attribute__((ext_vector_type(8)));
-            typedef float float8_load __attribute__((ext_vector_type(8), aligned(4)));
-            float8 lows = *(const float8_load*)values, highs = lows;
-            for (int ray = 8; ray < GROUP; ray += 8) {
-                const float8 next = *(const float8_load*)(values + ray);
-                lows = lows < next ? lows : next;
-                highs = highs > next ? highs : next;
-            }
-            const float low = __builtin_reduce_min(lows), high = __builtin_reduce_max(highs);
-#endif
-            extremes[2 * row] = low;
-            extremes[2 * row + 1] = high;
+    for (int index = 0; index < GROUP; ++index) {
+        float* line = lines + index;
+        float d[3], magnitude[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            d[axis] = line[(DIRECTION_ROW + axis) * GROUP];
+            magnitude[axis] = wp::abs(d[axis]);
+            const float kept = wp::min(wp::max(magnitude[axis], MIN_DIRECTION), MAX_DIRECTION);
+            line[(INVERSE_ROW + axis) * GROUP] = 1.0f / (d[axis] < 0.0f ? -kept : kept);
+            line[(FAR_ROW + axis) * GROUP] = line[(INVERSE_ROW + axis) * GROUP] * SLAB_SCALE;
         }
-        const bool is_negative = extremes[2] < 0.0f;
-        bounds[axis] = is_negative ? extremes[0] : extremes[1];
-        bounds[3 + axis] = is_negative ? extremes[1] : extremes[0];
-        bounds[6 + axis] = extremes[2];
-        bounds[9 + axis] = extremes[3];
+        int z = magnitude[1] > magnitude[0] ? 1 : 0;
+        z = magnitude[2] > magnitude[z] ? 2 : z;
+        const int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+        const float scale = 1.0f / d[z];
+        line[SHEAR_ROW * GROUP] = d[x] * scale;
+        line[(SHEAR_ROW + 1) * GROUP] = d[y] * scale;
+        line[(SHEAR_ROW + 2) * GROUP] = scale;
+        ((int*)line)[AXES_ROW * GROUP] = x;
+        ((int*)line)[(AXES_ROW + 1) * GROUP] = y;
+        ((int*)line)[(AXES_ROW + 2) * GROUP] = z;
     }
+#else
 """
+    + VECTOR_TYPES
+    + r"""
+#define WARP_RT_STORE(row, value) (*(floats_load*)(line + GROUP * (row)) = (value))
+#define WARP_RT_STORE_INTS(row, value) (*(ints_load*)(line + GROUP * (row)) = (value))
+    for (int block = 0; block < GROUP; block += 16) {
+        float* line = lines + block;
+        const floats d_x = WARP_RT_LOAD(line + DIRECTION_ROW * GROUP);
+        const floats d_y = WARP_RT_LOAD(line + (DIRECTION_ROW + 1) * GROUP);
+        const floats d_z = WARP_RT_LOAD(line + (DIRECTION_ROW + 2) * GROUP);
+        const floats m_x = d_x < 0.0f ? -d_x : d_x, m_y = d_y < 0.0f ? -d_y : d_y, m_z = d_z < 0.0f ? -d_z : d_z;
+        for (int axis = 0; axis < 3; ++axis) {
+            const floats d = axis == 0 ? d_x : axis == 1 ? d_y : d_z, m = axis == 0 ? m_x : axis == 1 ? m_y : m_z;
+            const floats big = WARP_RT_MAX(m, (floats)MIN_DIRECTION), kept = WARP_RT_MIN(big, (floats)MAX_DIRECTION);
+            const floats inverse = 1.0f / (d < 0.0f ? -kept : kept);
+            WARP_RT_STORE(INVERSE_ROW + axis, inverse);
+            WARP_RT_STORE(FAR_ROW + axis, inverse * SLAB_SCALE);
+        }
+        const ints is_y = m_y > m_x;
+        const ints is_z = m_z > (is_y ? m_y : m_x);
+        const floats along = is_z ? d_z : is_y ? d_y : d_x, scale = 1.0f / along;
+        WARP_RT_STORE(SHEAR_ROW, (is_z ? d_x : is_y ? d_z : d_y) * scale);
+        WARP_RT_STORE(SHEAR_ROW + 1, (is_z ? d_y : is_y ? d_x : d_z) * scale);
+        WARP_RT_STORE(SHEAR_ROW + 2, scale);
+        WARP_RT_STORE_INTS(AXES_ROW, is_z ? (ints)0 : is_y ? (ints)2 : (ints)1);
+        WARP_RT_STORE_INTS(AXES_ROW + 1, is_z ? (ints)1 : is_y ? (ints)0 : (ints)2);
+        WARP_RT_STORE_INTS(AXES_ROW + 2, is_z ? (ints)2 : is_y ? (ints)1 : (ints)0);
+    }
+}
+#endif
+"""
+)
+PREPARE_RAYS = spell_out(
+    _PREPARE,
+    GROUP=GROUP,
+    INVERSE_ROW=INVERSE_ROW,
+    FAR_ROW=FAR_ROW,
+    SHEAR_ROW=SHEAR_ROW,
+    AXES_ROW=AXES_ROW,
+    DIRECTION_ROW=DIRECTION_ROW,
+    MIN_DIRECTION=MIN_DIRECTION,
+    MAX_DIRECTION=MAX_DIRECTION,
+    SLAB_SCALE=SLAB_SCALE,
+)
+"""For native functions that have written the origins and directions of all rays to a group that begins at ``lines``:
+what their tests need of them, as ``make_packet_ray`` computes it."""
+
+
+_BOUNDS = (
+    r"""
+    const float* lines = (const float*)group.data + first;
+    float* bounds = (float*)group.data + first + GROUP_BOUNDS;
+#if defined(__CUDA_ARCH__) || !defined(__clang__)
+    for (int axis = 0; axis < 3; ++axis) {
+        float low = INFINITY, high = -INFINITY, least = INFINITY, greatest = -INFINITY;
+        for (int ray = 0; ray < GROUP; ++ray)
+            if (rays >> ray & 1) {
+                const float origin = lines[axis * GROUP + ray], inverse = lines[(INVERSE_ROW + axis) * GROUP + ray];
+                low = wp::min(low, origin);
+                high = wp::max(high, origin);
+                least = wp::min(least, inverse);
+                greatest = wp::max(greatest, inverse);
+            }
+        const bool is_negative = least < 0.0f;
+        bounds[axis] = is_negative ? low : high;
+        bounds[3 + axis] = is_negative ? high : low;
+        bounds[6 + axis] = least;
+        bounds[9 + axis] = greatest;
+    }
+#else
+"""
+    + VECTOR_TYPES
+    + r"""
+    typedef float floats4 __attribute__((ext_vector_type(4)));
+    const ints bits = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+    for (int axis = 0; axis < 3; ++axis) {
+        floats low = (floats)INFINITY, least = low, high = -low, greatest = high;
+        for (int block = 0; block < GROUP; block += 16) {
+            const ints is_in = ((int)(rays >> block) & bits) != 0;
+            const floats origin = WARP_RT_LOAD(lines + axis * GROUP + block);
+            const floats inverse = WARP_RT_LOAD(lines + (INVERSE_ROW + axis) * GROUP + block);
+            low = (is_in & (origin < low)) ? origin : low;
+            high = (is_in & (origin > high)) ? origin : high;
+            least = (is_in & (inverse < least)) ? inverse : least;
+            greatest = (is_in & (inverse > greatest)) ? inverse : greatest;
+        }
+        // Four minima at once: halves, quarters, then one of each vector's lanes.
+        const floats minima[4] = {low, -high, least, -greatest};
+        floats4 parts[4];
+        for (int k = 0; k < 4; ++k) {
+            const auto half = WARP_RT_MIN(minima[k].lo, minima[k].hi);
+            parts[k] = WARP_RT_MIN(half.lo, half.hi);
+        }
+        const floats4 even = __builtin_shufflevector(parts[0], parts[1], 0, 4, 2, 6);
+        const floats4 odd = __builtin_shufflevector(parts[0], parts[1], 1, 5, 3, 7);
+        const floats4 even_ = __builtin_shufflevector(parts[2], parts[3], 0, 4, 2, 6);
+        const floats4 odd_ = __builtin_shufflevector(parts[2], parts[3], 1, 5, 3, 7);
+        const floats4 pairs = WARP_RT_MIN(even, odd), pairs_ = WARP_RT_MIN(even_, odd_);
+        const floats4 left = __builtin_shufflevector(pairs, pairs_, 0, 1, 4, 5);
+        const floats4 right = __builtin_shufflevector(pairs, pairs_, 2, 3, 6, 7);
+        const floats4 least_of_all = WARP_RT_MIN(left, right);
+        const bool is_negative = least_of_all[2] < 0.0f;
+        bounds[axis] = is_negative ? least_of_all[0] : -least_of_all[1];
+        bounds[3 + axis] = is_negative ? -least_of_all[1] : least_of_all[0];
+        bounds[6 + axis] = least_of_all[2];
+        bounds[9 + axis] = -least_of_all[3];
+    }
+}
+#endif
+"""
+)
 
 
 @wp.func_native(spell_out(_BOUNDS, GROUP=GROUP, GROUP_BOUNDS=GROUP_BOUNDS, INVERSE_ROW=INVERSE_ROW))
-def bound_group(group: wp.array[float], first: int):
-    """Write the bounds of a group's rays behind them."""
+def bound_group(group: wp.array[float], first: int, rays: wp.uint32):
+    """Write the bounds of some of a group's rays, at least one, behind them."""
     ...
 
 
 @wp.func
-def bound_group_plain(group: wp.array[float], first: int):
+def bound_group_plain(group: wp.array[float], first: int, rays: wp.uint32):
     """Write what ``bound_group`` writes, in plain Warp."""
     for axis in range(3):
-        low = float(group[first + axis * GROUP])
-        high = float(low)
-        least = float(group[first + (INVERSE_ROW + axis) * GROUP])
-        greatest = float(least)
+        low = float(wp.inf)
+        high = float(-wp.inf)
+        least = float(wp.inf)
+        greatest = float(-wp.inf)
         for ray in range(wp.int32(GROUP)):
-            low = wp.min(low, group[first + axis * GROUP + ray])
-            high = wp.max(high, group[first + axis * GROUP + ray])
-            least = wp.min(least, group[first + (INVERSE_ROW + axis) * GROUP + ray])
-            greatest = wp.max(greatest, group[first + (INVERSE_ROW + axis) * GROUP + ray])
+            if (rays & (wp.uint32(1) << wp.uint32(ray))) != wp.uint32(0):
+                low = wp.min(low, group[first + axis * GROUP + ray])
+                high = wp.max(high, group[first + axis * GROUP + ray])
+                least = wp.min(least, group[first + (INVERSE_ROW + axis) * GROUP + ray])
+                greatest = wp.max(greatest, group[first + (INVERSE_ROW + axis) * GROUP + ray])
         bounds = first + GROUP_BOUNDS + axis
         group[bounds] = low if least < 0.0 else high
         group[bounds + 3] = high if least < 0.0 else low
@@ -160,4 +257,32 @@ _GREATEST = r"""
 @wp.func_native(spell_out(_GREATEST, GROUP=GROUP))
 def greatest_end(ends: wp.array[float]) -> float:
     """Return the greatest of GROUP numbers."""
+    ...
+
+
+_REACHING = (
+    r"""
+    const float* values = (const float*)ends.data;
+#if defined(__CUDA_ARCH__) || !defined(__clang__)
+    uint32_t reaching = 0;
+    for (int ray = 0; ray < GROUP; ++ray)
+        reaching |= (uint32_t)(values[ray] >= t) << ray;
+    return rays & reaching;
+#else
+"""
+    + VECTOR_TYPES
+    + r"""
+    uint32_t reaching = 0;
+    for (int block = 0; block < GROUP; block += 16)
+        reaching |= (uint32_t)WARP_RT_MASK(WARP_RT_LOAD(values + block) >= t) << block;
+    return rays & reaching;
+}
+#endif
+"""
+)
+
+
+@wp.func_native(spell_out(_REACHING, GROUP=GROUP))
+def rays_reaching(ends: wp.array[float], t: float, rays: wp.uint32) -> wp.uint32:
+    """Return those of some rays of a group that have not ended before ``t``."""
     ...

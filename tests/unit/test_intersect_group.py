@@ -8,7 +8,7 @@ import warp as wp
 
 from warp_rt.kernels.bvh_stack import push_children
 from warp_rt.kernels.bvh_structs import Stack
-from warp_rt.kernels.constants import GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, LEAF_FLOATS, WIDTH
+from warp_rt.kernels.constants import ALL_RAYS, GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, LEAF_FLOATS, WIDTH
 from warp_rt.kernels.gather_rays import load_group, load_group_plain
 from warp_rt.kernels.group_stack import GroupStack, push_children_group, push_children_group_plain
 from warp_rt.kernels.intersect_group import meet_triangles, meet_triangles_plain
@@ -37,8 +37,8 @@ def compare_loads(
     i = wp.tid()
     load_group(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[0, i], 0, ends_out[0, i])
     load_group_plain(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[1, i], 0, ends_out[1, i])
-    bound_group(groups_out[0, i], 0)
-    bound_group_plain(groups_out[1, i], 0)
+    bound_group(groups_out[0, i], 0, ALL_RAYS)
+    bound_group_plain(groups_out[1, i], 0, ALL_RAYS)
 
 
 @wp.kernel
