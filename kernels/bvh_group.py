@@ -118,7 +118,7 @@ def enter_instance(accel: wp.ref[AccelData], group: wp.ref[RayGroup], record: in
         ray = group_ray(group.rays, GROUP_FLOATS, index)
         if is_ray_finite(ray.origin, ray.direction):
             hits += trace_alone(accel, group, accel.instances[record].root, GROUP_FLOATS, index, record, is_any)
-    if together != wp.uint32(0):
+    if count_rays(together) > GROUP_MIN:  # of fewer, each goes on by itself
         bound_group(group.rays, GROUP_FLOATS, together)
     return together, hits
 

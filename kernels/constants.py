@@ -36,9 +36,6 @@ GROUP = wp.constant(32)
 ALL_RAYS = wp.constant(wp.uint32(0xFFFFFFFF))
 """The set of all rays of a group."""
 
-GROUP_ROWS = wp.constant(18)
-"""Rows of a group, one word a ray; ray_group.py says what they hold."""
-
 INVERSE_ROW = wp.constant(3)
 FAR_ROW = wp.constant(6)
 SHEAR_ROW = wp.constant(9)

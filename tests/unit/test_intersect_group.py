@@ -7,14 +7,24 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.bvh_stack import push_children
-from warp_rt.kernels.bvh_structs import Stack
-from warp_rt.kernels.constants import ALL_RAYS, GROUP, GROUP_BOUNDS, GROUP_FLOATS, GROUP_SPAN, LEAF_FLOATS, WIDTH
+from warp_rt.kernels.bvh_structs import InstanceRecord, Stack
+from warp_rt.kernels.constants import (
+    ALL_RAYS,
+    DIRECTION_ROW,
+    GROUP,
+    GROUP_BOUNDS,
+    GROUP_FLOATS,
+    GROUP_SPAN,
+    LEAF_FLOATS,
+    WIDTH,
+)
 from warp_rt.kernels.gather_rays import load_group, load_group_plain
 from warp_rt.kernels.group_stack import GroupStack, push_children_group, push_children_group_plain
 from warp_rt.kernels.intersect_group import meet_triangles, meet_triangles_plain
-from warp_rt.kernels.ray_group import bound_group, bound_group_plain, greatest_end, group_ray
+from warp_rt.kernels.ray_group import bound_group, bound_group_plain, greatest_end, group_ray, rays_reaching
 from warp_rt.kernels.ray_set import count_rays, drop_first, first_ray
 from warp_rt.kernels.trace_span import are_scattered, sort_by_octant, sort_by_octant_plain
+from warp_rt.kernels.transform_group import transform_group, transform_group_plain
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -39,6 +49,29 @@ def compare_loads(
     load_group_plain(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[1, i], 0, ends_out[1, i])
     bound_group(groups_out[0, i], 0, ALL_RAYS)
     bound_group_plain(groups_out[1, i], 0, ALL_RAYS)
+
+
+@wp.kernel
+def compare_transforms(
+    instances: wp.array[InstanceRecord],
+    rays: wp.array[wp.uint32],
+    groups_out: wp.array3d[float],
+    together_out: wp.array2d[wp.uint32],
+):
+    i = wp.tid()
+    together_out[0, i] = transform_group(instances, i, groups_out[0, i], rays[i])
+    together_out[1, i] = transform_group_plain(instances, i, groups_out[1, i], rays[i])
+    if together_out[0, i] != wp.uint32(0):
+        bound_group(groups_out[0, i], GROUP_FLOATS, together_out[0, i])
+        bound_group_plain(groups_out[1, i], GROUP_FLOATS, together_out[0, i])
+
+
+@wp.kernel
+def list_reaching(
+    ends: wp.array2d[float], t: wp.array[float], rays: wp.array[wp.uint32], reaching_out: wp.array[wp.uint32]
+):
+    i = wp.tid()
+    reaching_out[i] = rays_reaching(ends[i], t[i], rays[i])
 
 
 @wp.kernel
@@ -163,6 +196,75 @@ def test_groups_are_loaded(device: str) -> None:
     inverse = groups[0][:, 96:192]
     assert np.isfinite(inverse).all()
     assert (inverse != 0).all()
+
+
+def test_groups_enter_instances(device: str) -> None:
+    rng = np.random.default_rng(7)
+    loaded, _, counts, _ = random_groups(rng, device)
+    groups = np.zeros((2, COUNT, 2 * GROUP_FLOATS), np.float32)
+    groups[:, :, :GROUP_FLOATS] = loaded.numpy()
+    far = rng.integers(0, COUNT, 20)  # origins that a transform takes beyond float32, some rays of each group
+    groups[:, far, : GROUP // 2] = 1e38
+    rows = np.concatenate([np.linalg.qr(rng.normal(size=(COUNT, 3, 3)))[0], rng.normal(size=(COUNT, 3, 1))], axis=2)
+    rows *= rng.choice([1.0, 1e-3, 30.0], (COUNT, 1, 1))
+    turned = rng.uniform(size=COUNT) < 0.2  # by right angles: zeros in the matrix
+    rows[turned, :, :3] = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], (turned.sum(), 1, 3))
+    records = np.zeros(COUNT, InstanceRecord.numpy_dtype())
+    for row, name in enumerate(("row_x", "row_y", "row_z")):
+        records[name] = rows[:, row]
+    sets = random_sets(rng, counts)
+    transformed, together = launch(
+        compare_transforms,
+        COUNT,
+        [wp.array(records, dtype=InstanceRecord, device=device), wp.array(sets, device=device)],
+        [wp.array(groups, dtype=float, device=device), wp.zeros((2, COUNT), dtype=wp.uint32, device=device)],
+        device,
+    )
+    np.testing.assert_array_equal(together[0], together[1])
+    np.testing.assert_array_equal(transformed[0], transformed[1])
+    np.testing.assert_array_equal(transformed[0, :, :GROUP_FLOATS], groups[0, :, :GROUP_FLOATS])
+    # what the sets hold, and the bounds of their rays, from the transformed origins and directions themselves
+    words = transformed[0, :, GROUP_FLOATS:]
+    origins, directions = (
+        words[:, row * GROUP : (row + 3) * GROUP].reshape(COUNT, 3, GROUP) for row in (0, DIRECTION_ROW)
+    )
+    before = groups[0, :, : 3 * GROUP].reshape(COUNT, 3, GROUP).astype(float)
+    expected = np.einsum("nij,njr->nir", rows[:, :, :3], before) + rows[:, :, 3:]
+    near = np.isfinite(origins)
+    np.testing.assert_allclose(origins[near], expected[near], rtol=1e-4, atol=1e-3)
+    with np.errstate(invalid="ignore"):
+        is_finite = np.isfinite(origins.sum(axis=1) + directions.sum(axis=1))
+    octants = np.einsum("nir,i->nr", directions < 0, [1, 2, 4])
+    is_in = (sets[:, None] >> np.arange(GROUP, dtype=np.uint32) & 1).astype(bool) & is_finite
+    first = is_in.argmax(axis=1)
+    is_in &= octants == octants[np.arange(COUNT), first][:, None]
+    np.testing.assert_array_equal(together[0], (is_in.astype(np.uint64) << np.arange(GROUP, dtype=np.uint64)).sum(1))
+    assert 0.1 < (together[0] != sets).mean() < 0.9
+    low, high = (limit(origins, is_in[:, None]) for limit in (least, greatest))
+    some = is_in.any(axis=1)
+    bounds = words[:, GROUP_BOUNDS:].reshape(COUNT, 4, 3)
+    np.testing.assert_array_equal(np.minimum(bounds[some, 0], bounds[some, 1]), low[some])
+    np.testing.assert_array_equal(np.maximum(bounds[some, 0], bounds[some, 1]), high[some])
+
+
+def least(values: np.ndarray, where: np.ndarray) -> np.ndarray:
+    return np.where(where, values, np.inf).min(axis=2)
+
+
+def greatest(values: np.ndarray, where: np.ndarray) -> np.ndarray:
+    return np.where(where, values, -np.inf).max(axis=2)
+
+
+def test_rays_that_have_ended_before(device: str) -> None:
+    rng = np.random.default_rng(8)
+    ends = rng.choice(np.float32([-1, 0, 1, 2, np.inf]), (COUNT, GROUP))
+    t = rng.choice(np.float32([0, 1, 1.5, 3]), COUNT)
+    sets = random_sets(rng, np.full(COUNT, GROUP))
+    inputs = [wp.array(ends, dtype=float, device=device), wp.array(t, dtype=float, device=device)]
+    inputs += [wp.array(sets, device=device)]
+    (reaching,) = launch(list_reaching, COUNT, inputs, [wp.zeros(COUNT, dtype=wp.uint32, device=device)], device)
+    bits = ((ends >= t[:, None]).astype(np.uint64) << np.arange(GROUP, dtype=np.uint64)).sum(axis=1)
+    np.testing.assert_array_equal(reaching, bits & sets)
 
 
 def test_boxes(device: str) -> None:
