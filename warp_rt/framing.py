@@ -16,7 +16,7 @@ _HORIZONTAL_APERTURE = 20.955
 _VERTICAL_APERTURE = 15.2908
 
 _NEAR = 1.0  # GfCamera's near distance [scene unit]: usdrecord steps back by it where the camera is nearer
-_FLAT = 1e-6  # extent by the largest one, below which a scene has no extent
+_FLAT = 1e-3  # extent by the largest one, below which a scene would be a line: a pixel of usdrecord's 960
 _PATH = "/__framing"
 
 
@@ -25,8 +25,8 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, cuts: bool = False) -> Cam
 
     As in usdrecord, the circle about the corner of the bounding box that faces the camera fills the width of a 50 mm
     camera's picture. Three departures: the camera steps back from a scene so high that its box would reach beyond the
-    picture's upper edge; a scene that is flat along its up axis, of which that camera would see an edge, is looked at
-    from above; and an empty scene is framed like a cube of side 2 about the origin.
+    picture's upper edge; a scene that is flat along its up axis, of which that camera would see an edge
+    thinner than a pixel, is looked at from above; and an empty scene is framed like a cube of side 2 about the origin.
 
     Args:
         scene: Its bounds and its up axis count.

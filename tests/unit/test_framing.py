@@ -85,7 +85,10 @@ def test_an_empty_picture_of_a_scene_is_told():
         assert [note.code for note in renderer.diagnostics] == codes
 
 
-@pytest.mark.parametrize(("up_axis", "high", "view"), [("Y", [4, 0, 4], [0, -1, 0]), ("Z", [4, 4, 0], [0, 0, -1])])
+@pytest.mark.parametrize(
+    ("up_axis", "high", "view"),
+    [("Y", [4, 0, 4], [0, -1, 0]), ("Z", [4, 4, 0], [0, 0, -1]), ("Z", [4, 4, 0.003], [0, 0, -1])],
+)
 def test_a_floor_is_looked_at_from_above(up_axis, high, view):
     camera = frame_scene(_scene([0, 0, 0], high, up_axis))
     np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], view)

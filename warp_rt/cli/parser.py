@@ -27,6 +27,8 @@ class Parser(argparse.ArgumentParser):
             allow_abbrev=False,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        # Lists of numbers are values too: --crop -2,0,4,4 and --frames -3:-1.
+        self._negative_number_matcher = re.compile(r"-\.?\d[\d.,:xe+-]*$")
         talk = self.add_argument_group("messages")
         talk.add_argument("-q", "--quiet", action="store_true", help="print errors only")
         talk.add_argument("-v", "--verbose", action="store_true", help="print details, and every diagnostic")
@@ -40,6 +42,7 @@ class Parser(argparse.ArgumentParser):
         Raises:
             OptionError: Always.
         """
+        message = re.sub(r"ignored explicit argument", "takes no value, got", message)
         about = re.match(r"argument (--?[\w-]+)[^:]*: ", message)  # its first spelling will do
         raise OptionError(f"{about[1]}: {message[about.end() :]}" if about else f"{message} (see {self.prog} --help)")
 
@@ -89,6 +92,11 @@ def add_json(parser: Parser, what: str) -> None:
 def names(text: str) -> tuple[str, ...]:
     """Return the words of a list that is separated by commas or blanks."""
     return tuple(text.replace(",", " ").split())
+
+
+def some_names(text: str) -> tuple[str, ...]:
+    """Return the words of such a list, of which there is at least one."""
+    return names(name(text))
 
 
 def name(text: str) -> str:

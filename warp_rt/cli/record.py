@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_rt.cli.parser import Parser, add_json, add_scene, names
+from warp_rt.cli.parser import Parser, add_json, add_scene, some_names
 from warp_rt.cli.pictures import make_pictures, plan_shots
 from warp_rt.cli.products import make_products
 from warp_rt.cli.render_arguments import add_machine, add_product, add_quality, add_view, render_options
@@ -70,7 +70,7 @@ def parser() -> Parser:
     add_quality(quality)
     picture = result.add_argument_group("what is written")
     add_product(picture)
-    picture.add_argument("--aov", type=names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
+    picture.add_argument("--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
     picture.add_argument("--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG")
     add_machine(result)
     add_strict(result)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_rt.cli.frames import parse_frames
-from warp_rt.cli.parser import Parser, add_json, add_scene, names
+from warp_rt.cli.parser import Parser, add_json, add_scene, some_names
 from warp_rt.cli.pictures import Shot, View, make_pictures, plan_shots
 from warp_rt.cli.products import make_products
 from warp_rt.cli.render_arguments import add_display, add_machine, add_product, add_quality, add_view, render_options
@@ -51,7 +51,7 @@ def parser() -> Parser:
     add_quality(quality)
     picture = result.add_argument_group("what is written")
     add_product(picture)
-    picture.add_argument("--aov", type=names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
+    picture.add_argument("--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
     add_display(picture)
     add_machine(result)
     add_strict(result)
