@@ -237,7 +237,7 @@ def test_samples_have_the_places_of_the_whole_picture() -> None:
         ("uniform bool disableMotionBlur = 1", (-0.5, 0.5), 0),
         ("uniform bool instantaneousShutter = 1", (-0.5, 0.5), -6),  # the shutter closes as it opens
         ("", (0.25, 0.25), 3),  # likewise
-        ("", (0.5, -0.5), 0),  # no shutter
+        ("", (0.5, -0.5), 0),  # which exposes nothing
     ],
 )
 def test_an_instant_is_sharp(settings, shutter, shift) -> None:
@@ -245,6 +245,8 @@ def test_an_instant_is_sharp(settings, shutter, shift) -> None:
     expected = np.zeros((SIZE, SIZE))
     expected[4:20, 10 + shift : 14 + shift] = 1
     np.testing.assert_array_equal(film.alpha, expected)
+    is_exposed = shutter[0] <= shutter[1]
+    np.testing.assert_array_equal(film.color.any(axis=2), expected * is_exposed)
 
 
 def test_one_sample_shows_the_frames_time_and_says_so() -> None:

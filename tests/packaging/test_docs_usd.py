@@ -218,6 +218,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/s"},
     ),
     "W311": (bound(shader("WhittedSurface", "color3f inputs:reflectance = (1, 1, 1)")), {"/M/S.inputs:reflectance"}),
+    "W312": (bound(shader("UsdPreviewSurface", "float inputs:clearcoat = 2")), {"/M/S.inputs:clearcoat"}),
     "W401": (
         light("PortalLight")
         + 'def GeometryLight "g" {}\n'
@@ -356,8 +357,10 @@ def test_what_usd_cannot_read_is_left_out(folder: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr("warp_rt.usd.load.read_light", fail)
     monkeypatch.setattr("warp_rt.usd.load.read_camera", fail)
-    scene = load(light("SphereLight") + 'def Camera "c" {}', folder)
+    monkeypatch.setattr("warp_rt.usd.implicit.read_shape", fail)
+    scene = load(light("SphereLight") + 'def Camera "c" {}\ndef Sphere "s" {}', folder)
     assert [(record.code, record.prim) for record in scene.diagnostics] == [
+        ("W118", "/s"),
         ("W420", "/l"),
         ("W420", "/c"),
         ("N905", "scene.usda"),
@@ -406,6 +409,7 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
     documented = re.findall(r"^\| ([WN]\d{3}) \|", (DOCS / "diagnostics.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert set(documented) == {
         *CASES,
+        "W118",
         "W150",
         "W420",
         "W527",
@@ -415,6 +419,7 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
         "N904",
         "N906",
         "N907",
+        "N908",
         "N916",
         "N930",
         "N931",

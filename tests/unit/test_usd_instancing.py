@@ -225,6 +225,21 @@ def test_single_precision_orientations_precede() -> None:
     np.testing.assert_allclose(np.diag(scene.instances.world_from_local[0]), [-1, -1, 1, 1], atol=1e-12)
 
 
+@pytest.mark.parametrize(("earliest", "angle"), [("[(0, 0, 0, 1)]", 0), ("[]", 180)])
+def test_the_earliest_sample_decides_which_orientations_count(earliest: str, angle: float) -> None:
+    """Says the schema of ``orientationsf``; where they count and are empty, nothing is turned."""
+    body = f"""def PointInstancer "I" {{
+        rel prototypes = </I/m>
+        int[] protoIndices = [0]
+        point3f[] positions = [(0, 0, 0)]
+        quath[] orientations = [(0, 0, 0, 1)]
+        quatf[] orientationsf.timeSamples = {{ 1: {earliest}, 2: [] }}
+        def Mesh "m" {{ {TRIANGLE} }}
+    }}"""
+    matrix = load_stage(stage_of(body), time=2.0).instances.world_from_local[0]
+    assert matrix[0, 0] == pytest.approx(np.cos(np.radians(angle)))
+
+
 def test_invisible_and_inactive_ids_hide_instances() -> None:
     body = """
         int64[] ids = [10, 20, 30, 40]
@@ -272,7 +287,7 @@ def test_instancers_nest_and_the_inner_ones_primvars_precede() -> None:
         rel prototypes = </inner/m>
         int[] protoIndices = [0, 0]
         point3f[] positions = [(0, 10, 0), (0, 20, 0)]
-        float[] primvars:b = [7, 8] (interpolation = "uniform")
+        float[] primvars:b = [7, 8] (interpolation = "varying")
         def Mesh "m" {{ {TRIANGLE} {translate(0, 0, 3)} }}
     }}
     """
@@ -286,6 +301,85 @@ def test_instancers_nest_and_the_inner_ones_primvars_precede() -> None:
     order = np.argsort(names(scene))
     assert scene.instances.primvars["a"][order, 0].tolist() == [1, 1, 2, 2]
     assert scene.instances.primvars["b"][order, 0].tolist() == [7, 8, 7, 8]
+
+
+@pytest.mark.parametrize(
+    ("above", "own", "color"),
+    [
+        ("", "", [1, 0, 0]),
+        ("color3f[] primvars:displayColor = [(0, 0, 1)]", "", [1, 0, 0]),  # the instance's root is nearer
+        ("", "color3f[] primvars:displayColor = [(0, 1, 0)]", None),  # the mesh's own, which no instance changes
+    ],
+)
+@pytest.mark.parametrize("interpolation", ["constant", "uniform"])
+def test_constants_of_an_instancer_are_applied_at_the_root_of_instances_wherever_it_is(
+    above: str, own: str, color: list[float] | None, interpolation: str
+) -> None:
+    """The schema's section "Primvars on PointInstancer": constant or uniform, the entire value applies to each."""
+    body = f"""
+    def PointInstancer "I" {{
+        rel prototypes = [</I/m>, </P/m>]
+        int[] protoIndices = [0, 1]
+        point3f[] positions = [(1, 0, 0), (2, 0, 0)]
+        color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = "{interpolation}")
+        def Mesh "m" {{ {TRIANGLE}
+            {own}
+        }}
+    }}
+    over "P" {{
+        {above}
+        def Mesh "m" {{ {TRIANGLE}
+            {own}
+        }}
+    }}
+    """
+    scene = load(body)
+    assert codes(scene) == []
+    given = scene.instances.primvars.get("displayColor", np.full((2, 3), np.nan))
+    if color is None:
+        assert np.isnan(given).all()
+        assert all(scene.meshes[row].primvars["displayColor"].values.tolist() == [[0, 1, 0]] for row in (0, 1))
+    else:
+        assert given.tolist() == [color, color]
+
+
+def test_several_uniform_values_of_an_instancer_are_no_values_by_instance() -> None:
+    scene = load(
+        f"""def PointInstancer "I" {{
+            rel prototypes = </I/m>
+            int[] protoIndices = [0, 0]
+            point3f[] positions = [(1, 0, 0), (2, 0, 0)]
+            float[] primvars:a = [7, 8] (interpolation = "uniform")
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}"""
+    )
+    assert (scene.instances.primvars["a"].tolist(), codes(scene)) == ([[7], [7]], ["W106"])
+
+
+@pytest.mark.parametrize(
+    ("above", "of_instancer", "is_drawn"),
+    [("guide", "", False), ("", "guide", False), ("render", "guide", False), ("default", "guide", True)],
+)
+def test_purposes_above_a_prototype_elsewhere_precede_that_of_its_instancer(
+    above: str, of_instancer: str, is_drawn: bool
+) -> None:
+    """A prim's purpose comes from its namespace; where nothing says one there, from the instancer."""
+    purpose = 'uniform token purpose = "%s"'
+    body = f"""
+    def PointInstancer "I" {{
+        {purpose % of_instancer if of_instancer else ""}
+        rel prototypes = </P/Q/m>
+        int[] protoIndices = [0]
+        point3f[] positions = [(1, 0, 0)]
+    }}
+    def Scope "P" {{
+        {purpose % above if above else ""}
+        over "Q" {{ def Mesh "m" {{ {TRIANGLE} }}
+        }}
+    }}
+    """
+    purposes = ("guide",) if above == "default" else None
+    assert (names(load_stage(stage_of(body), purposes=purposes)) == ["/I[0]"]) is is_drawn
 
 
 def test_prototypes_may_be_native_instances_overs_and_prims_elsewhere() -> None:

@@ -278,7 +278,80 @@ def test_binding_to_nothing_is_named():
     assert (material.path, codes) == (DISPLAY_COLOR_MATERIAL, ["W310"])
 
 
+COLLECTION = """
+def Xform "P" (apiSchemas = ["MaterialBindingAPI", "CollectionAPI:c"]) {
+    rel collection:c:includes = </P/Mesh>
+    rel material:binding = </M>
+    rel material:binding:collection:x = [%s]
+    def Mesh "Mesh" {}
+}
+"""
+PLAIN = """
+def Material "M" {
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" { uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+    }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("bindings", "material"),
+    [
+        ("rel material:binding:full = </Gone>\nrel material:binding = </M>", DISPLAY_COLOR_MATERIAL),
+        ("rel material:binding:preview = </Gone>", DISPLAY_COLOR_MATERIAL),
+        ("rel material:binding = </M/S>", DISPLAY_COLOR_MATERIAL),
+        ("rel material:binding = [</M>, </N>]", DISPLAY_COLOR_MATERIAL),
+        # Those that do not count, as another precedes them, do no harm.
+        ("rel material:binding:preview = </Gone>\nrel material:binding = </M>", None),
+    ],
+)
+def test_direct_bindings_to_nothing_are_named(bindings, material):
+    """What UsdShade's resolution finds is obeyed where it leads to nothing: no weaker binding steps in."""
+    body = f'def Mesh "Mesh" (apiSchemas = ["MaterialBindingAPI"]) {{ {bindings}\n}}{PLAIN}'
+    found, _, codes = _read(body)
+    assert (found.path, codes) == ((material, ["W310"]) if material else ("/M", []))
+
+
+@pytest.mark.parametrize(
+    ("targets", "material"),
+    [
+        ("</P.collection:c>, </Gone>", DISPLAY_COLOR_MATERIAL),
+        ("</P.collection:gone>, </M>", "/M"),  # UsdShade passes over it, to the direct one
+        ("</P.collection:c>, </M>, </N>", "/M"),
+        ("</P.collection:c>", "/M"),
+    ],
+)
+def test_bindings_of_collections_that_do_not_fit_are_named(targets, material):
+    found, _, codes = _read(COLLECTION % targets + PLAIN, "/P/Mesh")
+    assert (found.path, codes) == (material, ["W310"])
+
+
 # --- networks
+
+
+def test_sources_that_there_are_and_are_no_outputs_are_not_called_missing():
+    shader = """uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness.connect = </Mesh.size>
+        float inputs:metallic.connect = [</M.inputs:a>, </M.inputs:b>]"""
+    more = "float inputs:a = 0.25\nfloat inputs:b = 0.5"
+    stage = _stage(_material(shader, more=more).replace("rel material", "custom float size = 1\nrel material"))
+    report = Report()
+    reader = MaterialReader(stage, TIME, report)
+    material = reader.materials[reader.bind(stage.GetPrimAtPath("/Mesh"))]
+    assert {name: value.value[0] for name, value in material.inputs.items()} == {"metallic": 0.25}
+    assert [(d.code, d.message) for d in report] == [
+        ("W304", "connected to 2 sources: the first counts"),
+        ("W304", "connected to /Mesh.size, which is no input or output"),
+    ]
+
+
+@pytest.mark.parametrize("name", ["metallic", "roughness", "clearcoat", "clearcoatRoughness", "opacity"])
+@pytest.mark.parametrize(("value", "taken"), [(-0.5, 0), (0, 0), (1, 1), (2, 1)])
+def test_shares_are_from_0_to_1(name, value, taken):
+    material, _, codes = _read(_material(f'uniform token info:id = "UsdPreviewSurface"\nfloat inputs:{name} = {value}'))
+    assert (material.inputs[name].value[0], codes) == (taken, ["W312"] if value != taken else [])
 
 
 def test_inputs_through_node_graphs_and_interfaces_of_any_depth():

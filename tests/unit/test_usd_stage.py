@@ -129,6 +129,74 @@ def test_payloads_that_are_not_loaded_are_noted(tmp_path: Path) -> None:
     assert found == [("N906", "/a"), ("N905", "root.usda")]
 
 
+def test_muted_layers_are_noted(tmp_path: Path, capfd) -> None:
+    layer = str(write(tmp_path / "layer.usda", SPHERE))
+    write(tmp_path / "sub.usda", "#usda 1.0\n(subLayers = [@./layer.usda@])\n")
+    for text in (
+        "(subLayers = [@./layer.usda@])\n",
+        "(subLayers = [@./sub.usda@])\n",
+        'def "a" (references = @./layer.usda@</s>) {\n}\n',
+    ):
+        stage = Usd.Stage.Open(str(write(tmp_path / f"{len(text)}.usda", f"#usda 1.0\n{text}")))
+        stage.MuteAndUnmuteLayers([layer, str(tmp_path / "of_another_stage.usda")], [])
+        assert [record.code for record in load_stage(stage).diagnostics] == ["N906", "N905"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "said"),
+    [
+        ('def "a" { string s = "abc', 2, "the text ends too early in </a.s>"),
+        ('def "a" (references = @', 2, "the text ends too early in </a>"),
+        ('def "a" { int n = [1,\n}', 3, "cannot be parsed at"),
+        ('def "a" { int n = x }', 2, "at 'x }' in </a.n>"),
+    ],
+)
+def test_what_a_parser_says_is_for_people(tmp_path: Path, text: str, line: int, said: str) -> None:
+    with pytest.raises(SceneError) as raised:
+        open_stage(write(tmp_path / "bad.usda", f"#usda 1.0\n{text}"))
+    message = str(raised.value)
+    assert f"bad.usda:{line}:" in message
+    assert said in message
+    for noise in ("pegtl", "TextFileFormat", "Failed to open layer"):
+        assert noise not in message
+
+
+def test_what_a_mask_leaves_out_is_no_fault_of_the_stage(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "a.usda",
+        """#usda 1.0
+(
+    renderSettingsPrimPath = "/Settings"
+)
+def Scope "World" {
+    def Sphere "s" (apiSchemas = ["MaterialBindingAPI"]) { rel material:binding = </M>
+    }
+    def PointInstancer "i" {
+        rel prototypes = </P>
+        int[] protoIndices = [0]
+        point3f[] positions = [(0, 0, 0)]
+    }
+    def RenderSettings "Inside" { rel camera = </Camera>
+    }
+}
+def Material "M" {
+}
+def Sphere "P" {
+}
+def Camera "Camera" {
+}
+def RenderSettings "Settings" {
+}
+""",
+    )
+    scene = load_stage(path, mask=["/World"])
+    assert scene.prims == ("/World/s",)
+    found = {(record.code, record.prim) for record in scene.diagnostics if record.code != "N903"}
+    assert found == {("N908", "/World/s"), ("N908", "/World/i"), ("N908", "/Settings")}
+    with_camera = load_stage(path, mask=["/World"], settings_path="/World/Inside")
+    assert ("N908", "/World/Inside") in {(record.code, record.prim) for record in with_camera.diagnostics}
+
+
 def test_composition_errors_are_named_and_nothing_is_printed(tmp_path: Path, capfd) -> None:
     write(tmp_path / "broken.usda", "#usda 1.0\ndef garbage")
     root = write(

@@ -57,6 +57,8 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
     x = attributes.number("horizontalApertureOffset", 0.0)
     y = attributes.number("verticalApertureOffset", 0.0)
     scale = 1 / focal_length if is_perspective else _TENTH
+    shutter = _shutter(prim, attributes, report)
+    exposure_scale = _exposure_scale(prim, attributes, report)
     return Camera(
         str(prim.GetPath()),
         _transform(prim, world_from_local, report),
@@ -66,8 +68,8 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
         clipping_planes=_clipping_planes(prim, attributes, report),
         lens_radius=lens_radius,
         focus_distance=focus_distance,
-        exposure_scale=_exposure_scale(prim, attributes, report),
-        shutter=_shutter(prim, attributes, report),
+        exposure_scale=0.0 if shutter is None else exposure_scale,
+        shutter=shutter or (0.0, 0.0),
     )
 
 
@@ -158,13 +160,17 @@ def _lens(
     return _TENTH * focal_length / f_number / 2, focus_distance
 
 
-def _shutter(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> tuple[float, float]:
+def _shutter(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> tuple[float, float] | None:
+    """Return when the shutter opens and closes; None where it closes before that.
+
+    "There is no exposure and a renderer should produce a black image" (UsdGeomCamera, ``shutter:close``).
+    """
     opens, closes = attributes.number("shutter:open", 0.0), attributes.number("shutter:close", 0.0)
     if opens <= closes:
         return opens, closes
-    message = f"shutter:close, {closes:g}, is before shutter:open, {opens:g}; the frame's own time is drawn"
+    message = f"shutter:close, {closes:g}, is before shutter:open, {opens:g}: nothing is exposed, the picture is black"
     report.warn(INVALID_CAMERA, prim.GetPath(), message)
-    return 0.0, 0.0
+    return None
 
 
 def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> float:

@@ -22,6 +22,7 @@ from warp_rt.usd.primvars import Values, inherited_constants
 from warp_rt.usd.visibility import hidden_purposes
 
 COMPLEXITY = "warp_rt:complexity"
+_PURPOSES = ("default", "render", "proxy", "guide")
 
 # Unloaded prims are met, for they are told; nothing of them is drawn.
 SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
@@ -91,6 +92,13 @@ def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: U
     return here
 
 
+def own_purpose(prim: Usd.Prim, above: str, time: Usd.TimeCode, report: Report) -> str:
+    """Return the purpose of an imageable prim: its own where it is authored, else the one above."""
+    if not prim.GetAttribute("purpose").HasAuthoredValue():
+        return above
+    return AttributeReader(prim, time, INVALID_VALUE, report).token("purpose", above, _PURPOSES)
+
+
 def own_level(prim: Usd.Prim, above: int | None, time: Usd.TimeCode, report: Report) -> int | None:
     """Return the refinements that a prim with the attribute ``warp_rt:complexity`` asks for, for all below it too."""
     token = AttributeReader(prim, time, INVALID_VALUE, report).token(COMPLEXITY, "", ("", *COMPLEXITIES))
@@ -98,9 +106,11 @@ def own_level(prim: Usd.Prim, above: int | None, time: Usd.TimeCode, report: Rep
 
 
 def said_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Report) -> Context:
-    """Return the context with what the schemas on a prim and all above it say, value clips, and its complexity."""
+    """Return the context with what the schemas on a prim and all above it say, its purpose, clips and complexity."""
     for path in prim.GetPath().GetPrefixes() if prim else ():
         above = prim.GetStage().GetPrimAtPath(path)
+        if above.IsA(UsdGeom.Imageable):
+            context = context._replace(purpose=own_purpose(above, context.purpose, time, report))
         schemas = [schema for schema in above.GetAppliedSchemas() if schema != "LODRootAPI"]
         context = apply_schemas(above, context, schemas, time, report)
         if above.HasAttribute(COMPLEXITY):

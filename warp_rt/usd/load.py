@@ -132,7 +132,7 @@ def load_stage(
             cameras = without_idle_shutters(stage, cameras, code)
         report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
         for settings in {terms.settings: None, **{product.settings: None for product in terms.products}}:
-            report_missing_camera(settings, cameras, report)
+            report_missing_camera(settings, cameras, stage, report)
         report_unused(terms.settings, walk.render_prims, stage, report, pass_path)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"

@@ -24,6 +24,7 @@ from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
 from warp_rt.usd.foreign_surfaces import ForeignReader
 from warp_rt.usd.image_cache import ImageCache, KeptImages
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
+from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 from warp_rt.usd.surface_inputs import InputReader
 
 UNKNOWN_SURFACE = "W301"
@@ -43,7 +44,9 @@ _WHITTED_INPUTS, _PREVIEW_INPUTS = (
     for model in (MaterialModel.WHITTED, MaterialModel.PREVIEW)
 )
 _PREVIEW_NAMES = {*_PREVIEW_INPUTS, "displacement", "opacityMode", "opacityThreshold", "useSpecularWorkflow"}
+_SHARES = ("metallic", "roughness", "clearcoat", "clearcoatRoughness", "opacity")  # from 0 to 1, of UsdPreviewSurface
 _RENDER_CONTEXT = "warp_rt"
+_MATERIAL = "material:"
 
 
 class MaterialReader:
@@ -113,12 +116,14 @@ class MaterialReader:
         row = self._bound.get(said)
         if row is not None:
             return row
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(self._purpose)
-        if not material and self._purpose == UsdShade.Tokens.full:
+        self._warn_malformed(prim, said)
+        material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(self._purpose)
+        if not relationship and self._purpose == UsdShade.Tokens.full:
             # Bound for previews alone: what usdrecord draws, and nearer to what is meant than no material.
-            material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.preview)
+            material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.preview)
         if not material:
-            self._warn_dangling(prim)
+            if relationship:
+                self._warn_dangling(relationship)
             return self.display_color()
         path = material.GetPath()
         if path not in self._rows:
@@ -204,6 +209,8 @@ class MaterialReader:
             value = self._inputs.read(port, size, material) if port else None
             if name == "ior":
                 value = self._inputs.check_ior(port, value)
+            elif name in _SHARES:
+                value = self._inputs.check_share(port, value)
             if value is not None:
                 inputs[name] = value
         return inputs
@@ -291,13 +298,30 @@ class MaterialReader:
         height = self._inputs.read(port, 1, material.GetPrim()) if port else None
         return None if height == Input() else height
 
-    def _warn_dangling(self, prim: Usd.Prim) -> None:
-        while prim and not prim.IsPseudoRoot():
-            for target in UsdShade.MaterialBindingAPI(prim).GetDirectBindingRel().GetTargets():
-                if not UsdShade.Material(self._stage.GetPrimAtPath(target)):
-                    message = f"is bound to {target}, which is no material; displayColor is shown"
+    def _warn_dangling(self, relationship: Usd.Relationship) -> None:
+        """Report the binding that counts, and leads to no material."""
+        for target in relationship.GetForwardedTargets():
+            if target.IsPrimPath() and not UsdShade.Material(self._stage.GetPrimAtPath(target)):
+                is_left_out = is_outside_mask(self._stage, target)
+                why = "which the mask leaves out" if is_left_out else "which is no material"
+                code = OUTSIDE_MASK if is_left_out else DANGLING_BINDING
+                message = f"is bound to {target}, {why}; displayColor is shown"
+                self._report.warn(code, relationship.GetPrim().GetPath(), message)
+
+    def _warn_malformed(self, prim: Usd.Prim, bindings: Bindings) -> None:
+        """Report the bindings to several materials, or without a collection, which UsdShade passes over."""
+        for binding in bindings:
+            collections = [target for target in binding.targets if Usd.CollectionAPI.IsCollectionAPIPath(target)]
+            if binding.holder is None:
+                if binding.name.startswith(_MATERIAL) and len(binding.targets) > 1:
+                    message = f"{binding.name} names {len(binding.targets)} materials and not one: it does not count"
                     self._report.warn(DANGLING_BINDING, prim.GetPath(), message)
-            prim = prim.GetParent()
+            elif len(binding.targets) != 2 or len(collections) != 1:
+                message = f"{binding.name} does not name one collection and one material: it does not count"
+                self._report.warn(DANGLING_BINDING, binding.holder, message)
+            elif not Usd.CollectionAPI.Get(self._stage, collections[0]):
+                message = f"{binding.name} names {collections[0]}, which is no collection: it does not count"
+                self._report.warn(DANGLING_BINDING, binding.holder, message)
 
 
 def _display_color_material() -> Material:

@@ -115,7 +115,9 @@ def _matrices(schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, re
     matrices = np.empty((count, 4, 4))
     matrices[:] = np.eye(4)
     matrices[:, :3, 3] = positions
-    orientations = schema.GetOrientationsfAttr().Get(time) or schema.GetOrientationsAttr().Get(time)
+    precise = schema.GetOrientationsfAttr()
+    is_precise = bool(precise.Get(Usd.TimeCode.EarliestTime()))  # which decides for all times, says the schema
+    orientations = (precise if is_precise else schema.GetOrientationsAttr()).Get(time)
     for name, value, width in (("orientations", orientations, 4), ("scales", schema.GetScalesAttr().Get(time), 3)):
         rows = vector_rows(value, width)
         if value is None or (rows is not None and not len(rows)):

@@ -27,6 +27,7 @@ Values = Mapping[str, np.ndarray]
 
 # Components that a name promises, where one does.
 WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
+_SAME_FOR_INSTANCES = ("constant", "uniform")
 _NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|normal|vector|point)([234][hfd]?)?")
 
 
@@ -122,8 +123,22 @@ def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     )
 
 
-def read_primvar(primvar: UsdGeom.Primvar, layout: Elements, time: Usd.TimeCode, report: Report) -> Primvar | None:
-    """Return a primvar's values and what each triangle corner takes of them; None, with a diagnostic, if unusable."""
+def read_primvar(
+    primvar: UsdGeom.Primvar,
+    layout: Elements,
+    time: Usd.TimeCode,
+    report: Report,
+    interpolation: str | None = None,
+) -> Primvar | None:
+    """Return a primvar's values and what each triangle corner takes of them; None, with a diagnostic, if unusable.
+
+    Args:
+        primvar: The primvar.
+        layout: Numbering of its prim's elements.
+        time: When it is read.
+        report: Takes the diagnostics.
+        interpolation: What its elements belong to; None: as it says itself.
+    """
     values = _values(primvar, time, report)
     if values is None:
         return None
@@ -131,7 +146,7 @@ def read_primvar(primvar: UsdGeom.Primvar, layout: Elements, time: Usd.TimeCode,
     return lay_out(
         values,
         None if indices is None else np.asarray(indices, np.int64).reshape(-1),
-        str(primvar.GetInterpolation()),
+        interpolation or str(primvar.GetInterpolation()),
         layout,
         f"{primvar.GetAttr().GetPrim().GetPath()}",
         primvar.GetName(),
@@ -217,7 +232,7 @@ def rows_by_instance(
 ) -> Mapping[str, np.ndarray]:
     """Return the primvars of a PointInstancer that give each instance its own value: float32, shape [n, c], by name.
 
-    A constant one is no such primvar: it is inherited by what lies below, as on any other prim.
+    Others are those of ``constants_of_instances``.
     """
     found = {}
     element = np.arange(instance_count, dtype=np.int32)
@@ -230,11 +245,26 @@ def rows_by_instance(
         np.repeat(element[:, None], 3, axis=1),
     )
     for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
-        if primvar.GetInterpolation() == "constant" or not is_drawable(primvar):
+        if primvar.GetInterpolation() in _SAME_FOR_INSTANCES or not is_drawable(primvar):
             continue
         laid_out = read_primvar(primvar, layout, time, report)
         if laid_out is not None and laid_out.indices is not None:
             found[primvar.GetPrimvarName()] = laid_out.values[laid_out.indices[:, 0]]
+    return found
+
+
+def constants_of_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> dict[str, np.ndarray]:
+    """Return the primvars of a PointInstancer that are the same for each instance: float32, shape [c], by name.
+
+    Those are its constant and uniform ones, "applied exactly to each instance with constant interpolation at the root
+    of the instance" (UsdGeomPointInstancer, "Primvars on PointInstancer").
+    """
+    found = {}
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+        if primvar.GetInterpolation() in _SAME_FOR_INSTANCES and is_drawable(primvar):
+            single = read_primvar(primvar, _ONE_ELEMENT, time, report, interpolation="constant")
+            if single is not None:
+                found[primvar.GetPrimvarName()] = single.values[0]
     return found
 
 

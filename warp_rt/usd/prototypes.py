@@ -20,7 +20,8 @@ from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
-from warp_rt.usd.primvars import inherited_constants
+from warp_rt.usd.primvars import constants_of_instances, inherited_constants
+from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
 CYCLE = "W123"
 
@@ -100,15 +101,15 @@ class Prototypes:
         """
         instances = read_point_instances(prim, *read_times(prim, self._time, self._base_time), self._report)
         name = context.name(prim)
+        own = constants_of_instances(prim, self._time, self._report)  # of prototypes elsewhere too
         for row, path in enumerate(instances.prototypes):
             chosen = np.flatnonzero(instances.prototype == row)
             if not len(chosen):
                 continue
-            group = self._instancer_group(prim, path, context, walk_group)
+            group = self._instancer_group(prim, path, context, frozenset(own), walk_group)
             if group is None:
                 continue
-            is_below = path.HasPrefix(prim.GetPath())
-            inherited = context.constants if is_below else {}
+            inherited = {**context.constants, **own} if path.HasPrefix(prim.GetPath()) else own
             is_only = len(chosen) == len(instances.matrices)
             builder.add_copies(
                 group,
@@ -119,10 +120,21 @@ class Prototypes:
             )
 
     def _instancer_group(
-        self, instancer: Usd.Prim, path: Sdf.Path, context: Context, walk_group: WalkGroup
+        self, instancer: Usd.Prim, path: Sdf.Path, context: Context, own: frozenset[str], walk_group: WalkGroup
     ) -> GroupBuilder | None:
-        """Return the group of a PointInstancer's prototype, its root's own transform included."""
+        """Return the group of a PointInstancer's prototype, its root's own transform included.
+
+        Args:
+            instancer: The PointInstancer.
+            path: Of the prototype.
+            context: What the instancer's children have from it.
+            own: Primvars of the instancer that each instance has at its root, where they precede inherited ones.
+            walk_group: Walks the prototype.
+        """
         prototype = self._stage.GetPrimAtPath(path)
+        if not prototype and is_outside_mask(self._stage, path):
+            self._report.warn(OUTSIDE_MASK, instancer.GetPath(), f"the prototype {path} is left out by the mask")
+            return None
         if not prototype or not prototype.IsActive():
             self._report.warn(BAD_PROTOTYPE, instancer.GetPath(), f"the prototype {path} is no prim that can be drawn")
             return None
@@ -131,13 +143,14 @@ class Prototypes:
             return None
         is_below = path.HasPrefix(instancer.GetPath())
         tail_start = len(str(instancer.GetPath())) if is_below else 0
-        key = (path, tail_start, context.purpose)
+        key = (path, tail_start, context.purpose, frozenset() if is_below else own)
         group = self._groups.get(key)
         if group is None:
             parent = prototype.GetParent()
-            primvars = (
-                UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars() if parent.IsValid() and not is_below else []
-            )
+            primvars = []
+            if parent.IsValid() and not is_below:
+                inherited = UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars()
+                primvars = [primvar for primvar in inherited if primvar.GetPrimvarName() not in own]
             inside = Context(
                 matrix=np.eye(4),
                 world_from_group=np.eye(4),

@@ -19,6 +19,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import numbers, shown
 from warp_rt.usd.render_vars import read_render_var
+from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
 MISSING_SETTINGS = "W521"
 IGNORED_SETTING = "W522"
@@ -157,13 +158,20 @@ def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Pr
         return prim
     if path is not None:
         raise SceneError(f"{stage.GetRootLayer().identifier}: {name} is no RenderSettings prim")
+    if name.startswith("/") and Sdf.Path.IsValidPathString(name) and is_outside_mask(stage, name):
+        report.warn(OUTSIDE_MASK, name, f"is named by {_METADATA}, but the mask leaves it out: no settings count")
+        return None
     report.warn(MISSING_SETTINGS, name, f"is named by {_METADATA}, but is no RenderSettings prim; ignored")
     return None
 
 
-def report_missing_camera(settings: Settings, cameras: Sequence[Camera], report: Report) -> None:
+def report_missing_camera(settings: Settings, cameras: Sequence[Camera], stage: Usd.Stage, report: Report) -> None:
     """Report a camera that is named, and that the stage does not have."""
-    if settings.camera is not None and settings.camera not in {camera.path for camera in cameras}:
+    if settings.camera is None or settings.camera in {camera.path for camera in cameras}:
+        return
+    if is_outside_mask(stage, settings.camera):
+        report.warn(OUTSIDE_MASK, settings.path, f"camera: {settings.camera} is left out by the mask")
+    else:
         report.warn(INVALID_SETTING, settings.path, f"camera: {settings.camera} is no camera of the stage; ignored")
 
 

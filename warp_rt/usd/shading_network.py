@@ -66,7 +66,12 @@ def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.A
         visited.add(attribute.GetPath())
         sources, invalid = UsdShade.ConnectableAPI.GetConnectedSources(attribute)
         if invalid:
-            report.warn(BROKEN_CONNECTION, attribute.GetPath(), f"connected to {invalid[0]}, which does not exist")
+            is_there = bool(attribute.GetStage().GetObjectAtPath(invalid[0]))
+            why = "is no input or output" if is_there else "does not exist"
+            report.warn(BROKEN_CONNECTION, attribute.GetPath(), f"connected to {invalid[0]}, which {why}")
+        if len(sources) > 1:
+            message = f"connected to {len(sources)} sources: the first counts"
+            report.warn(BROKEN_CONNECTION, attribute.GetPath(), message)
         if not sources:
             is_input = UsdShade.Input.IsInput(attribute)
             return attribute if is_input and attribute.HasAuthoredValue() else None

@@ -13,7 +13,8 @@ from warp_rt.scene import Mesh, Shapes
 from warp_rt.usd.authored import Authored
 from warp_rt.usd.skinning import Skin
 from warp_rt.usd.stage import error_text
-from warp_rt.usd.transforms import BAD_TRANSFORM
+
+UNREADABLE_PRIM = "W118"
 
 
 class Source(NamedTuple):
@@ -39,6 +40,6 @@ class MeshSource(NamedTuple):
     """Names of the GeomSubset children that slots 1, 2, ... take their material from; slot 0 is the mesh's own."""
 
 
-def report_unreadable(prim: Usd.Prim, error: Tf.ErrorException, report: Report) -> None:
+def report_unreadable(prim: Usd.Prim, error: Tf.ErrorException, report: Report, what: str = "left out") -> None:
     """Report a prim that USD cannot read."""
-    report.warn(BAD_TRANSFORM, prim.GetPath(), f"left out: {error_text(error)}")
+    report.warn(UNREADABLE_PRIM, prim.GetPath(), f"{what}: {error_text(error)}")

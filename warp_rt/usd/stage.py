@@ -19,17 +19,19 @@ from warp_rt.report import Report
 MISSING_ASSET = "W501"
 MISSING_PRIM = "W502"
 CYCLE = "W503"
+UNLOADED = "N906"
 BAD_COMPOSITION = "W504"
 BAD_UP_AXIS = "W510"
 BAD_UNIT = "W511"
 BAD_TIME = "W512"
+OUTSIDE_MASK = "N908"
 FLOAT_UNIT = "N916"
 USD_WARNING = "N920"
 
 _COMPOSITION_CODES = {
     "ErrorInvalidAssetPath": MISSING_ASSET,
     "ErrorInvalidSublayerPath": MISSING_ASSET,
-    "ErrorMutedAssetPath": MISSING_ASSET,
+    "ErrorMutedAssetPath": UNLOADED,
     "ErrorUnresolvedPrimPath": MISSING_PRIM,
     "ErrorInvalidPrimPath": MISSING_PRIM,
     "ErrorArcCycle": CYCLE,
@@ -76,6 +78,11 @@ def open_stage(
     if file.is_file() and not file.stat().st_size:
         raise SceneError(f"{name}: the file is empty")
     raise SceneError(f"{name}: cannot be read as USD{f': {reason}' if reason else ''}")
+
+
+def is_outside_mask(stage: Usd.Stage, path: Sdf.Path | str) -> bool:
+    """Return whether a prim is missing because the stage's population mask leaves it out."""
+    return not stage.GetPopulationMask().Includes(Sdf.Path(path))
 
 
 def _compose(name: str, mask: Sequence[str], session_layer: str | os.PathLike[str] | None) -> Usd.Stage | None:
@@ -125,17 +132,26 @@ def captured_warnings(report: Report) -> Iterator[None]:
 
 def report_composition(stage: Usd.Stage, report: Report) -> None:
     """Record every reference, payload, sublayer and inherited prim that did not compose."""
-    found = []
+    root = stage.GetRootLayer().GetDisplayName()
+    found = [(UNLOADED, root, f"the sublayer @{name}@ is muted: drawn without", name) for name in _muted(stage)]
     for error in stage.GetCompositionErrors():
         name = type(error).__name__
         site = error.rootSite.path
-        path = str(site) if not site.isEmpty else stage.GetRootLayer().GetDisplayName()
+        path = str(site) if not site.isEmpty else root
         try:
             text = _one_line(str(error))
         except UnicodeDecodeError:
             text = f"{name.removeprefix('Error')} (its text is not UTF-8)"
         found.append((_COMPOSITION_CODES.get(name, BAD_COMPOSITION), path, text, text.split(" introduced by ")[0]))
     _report_once(sorted(found), report)
+
+
+def _muted(stage: Usd.Stage) -> list[str]:
+    """Return the sublayers that are muted, of which USD says nothing."""
+    muted = set(stage.GetMutedLayers())
+    layers = stage.GetUsedLayers() if muted else ()
+    named = {layer.ComputeAbsolutePath(path) for layer in layers for path in layer.subLayerPaths}
+    return sorted(muted & named)
 
 
 def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report: Report) -> Usd.TimeCode:
@@ -198,8 +214,11 @@ def _report_once(found: list[tuple[str, str, str, str]], report: Report) -> None
 
 def error_text(error: Tf.ErrorException) -> str:
     """Return what USD says went wrong, one line. (``str(error)`` can itself raise, where a file is not UTF-8.)"""
-    texts = [_commentary(part) for part in error.args]
-    return "; ".join(text for text in texts if text)[:_MAX_TEXT]
+    texts = [text for text in (_commentary(part) for part in error.args) if text]
+    # Those who could not go on for it say so too, and some say the same with more about the place.
+    causes = [text for text in texts if not text.startswith("Failed to open layer")] or texts
+    own = [text for text in causes if not any(text in other and text != other for other in causes)]
+    return "; ".join(dict.fromkeys(own))[:_MAX_TEXT]
 
 
 def _commentary(diagnostic: object) -> str:
@@ -215,5 +234,7 @@ def _is_composition(warning: object) -> bool:
 
 def _one_line(text: str) -> str:
     """Return text without line breaks, addresses in memory and session layers, which differ from run to run."""
+    text = re.sub(r"parse error matching .* at ''", "the text ends too early", text)
+    text = re.sub(r"parse error matching .* at '", "cannot be parsed at '", text)
     text = re.sub(r",?@anon:0x[0-9a-f]+:[^@]*@|<0x[0-9a-f]+>|pxrInternal\w*__::|pxrInternal\w*___", "", text)
     return " ".join(text.split())[:_MAX_TEXT].rstrip(" .")

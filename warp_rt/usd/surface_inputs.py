@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pxr import Usd, UsdShade
 
@@ -15,6 +16,8 @@ from warp_rt.usd.input_rows import InputRows
 from warp_rt.usd.shading_network import WRONG_TYPE
 from warp_rt.usd.signal_reader import SignalReader
 from warp_rt.usd.signals import Signal
+
+OUT_OF_RANGE = "W312"
 
 
 class InputReader:
@@ -65,6 +68,15 @@ class InputReader:
         message = f"is {found.value[0]:g}, an index of refraction not above 0; the default is used"
         self._report.warn(WRONG_TYPE, port.GetAttr().GetPath(), message)
         return None
+
+    def check_share(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+        """Return an input that goes from 0 to 1; of a constant beyond, told, the nearest of the two."""
+        if found is None or found.texture >= 0 or found.primvar or 0.0 <= found.value[0] <= 1.0:
+            return found
+        nearest = min(max(found.value[0], 0.0), 1.0)
+        message = f"is {found.value[0]:g}, not from 0 to 1; {nearest:g} is used"
+        self._report.warn(OUT_OF_RANGE, port.GetAttr().GetPath(), message)
+        return replace(found, value=(nearest, *found.value[1:]))
 
     def add(self, texture: Texture) -> int:
         """Return the row of a new texture."""

@@ -17,23 +17,21 @@ from pxr import Tf, Usd, UsdGeom, UsdSkel
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.usd import geometry, implicit
-from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.authored import Authored, AuthoredReader
-from warp_rt.usd.context import COMPLEXITY, SHOWN, Context, apply_schemas, hand_down, own_level
+from warp_rt.usd.context import COMPLEXITY, SHOWN, Context, apply_schemas, hand_down, own_level, own_purpose
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
-from warp_rt.usd.mesh import INVALID_VALUE
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import read_constants
 from warp_rt.usd.prototypes import Prototypes
 from warp_rt.usd.schemas import PrimType, TypeReader, read_labels, report_ignored
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
-from warp_rt.usd.stage import error_text
-from warp_rt.usd.transforms import BAD_TRANSFORM, TransformReader
+from warp_rt.usd.sources import report_unreadable
+from warp_rt.usd.stage import UNLOADED
+from warp_rt.usd.transforms import TransformReader
 from warp_rt.usd.visibility import is_invisible
 
 UNSUPPORTED = "W130"
-UNLOADED = "N906"
 UNKNOWN_TYPE = "N911"
 
 MAX_PRIMS = 10_000_000
@@ -42,7 +40,6 @@ MAX_NESTING = 64  # of instances within instances
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _SKINNED = (*geometry.TYPES, *implicit.TYPES)
-_PURPOSES = ("default", "render", "proxy", "guide")
 _RENDER_TYPES = ("RenderSettings", "RenderPass")
 
 
@@ -118,7 +115,7 @@ class StageWalk:
             try:
                 passed_on = self._visit(prim, above, builder)
             except Tf.ErrorException as error:
-                self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"left out with all below it: {error_text(error)}")
+                report_unreadable(prim, error, self._report, "left out with all below it")
                 continue
             if passed_on is None:
                 continue
@@ -203,9 +200,8 @@ class StageWalk:
     ) -> Context | None:
         """Return the context with a prim's own transform and purpose; None where nothing can be drawn."""
         here = above
-        if prim_type.is_imageable and "purpose" in authored.names and prim.GetAttribute("purpose").HasAuthoredValue():
-            attributes = AttributeReader(prim, self._time, INVALID_VALUE, self._report)
-            here = here._replace(purpose=attributes.token("purpose", above.purpose, _PURPOSES))
+        if prim_type.is_imageable and "purpose" in authored.names:
+            here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
         if prim_type.is_xformable and "xformOpOrder" in authored.names:
             local = self._transforms.read(prim, authored.names)
             if local is None:
