@@ -13,7 +13,7 @@ import warp as wp
 from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Stacks, stack_of_thread
 from .bvh_traverse import is_ray_finite
-from .constants import FLIGHT_FLOATS, FLIGHTS, LEAF_FLOATS, LEAF_IDS
+from .constants import FLIGHT_FLOATS, FLIGHTS, LEAF_FLOATS, LEAF_IDS, TRIANGLES
 from .intersect_packet import PacketRay, intersect_triangles, make_packet_ray
 from .prefetch import prefetch_child
 
@@ -103,8 +103,10 @@ def step(accel: wp.ref[AccelData], flights: wp.ref[Flights], slot: int, is_any: 
 
 @wp.func
 def is_for_flights(accel: wp.ref[AccelData]) -> bool:
-    """Return whether a hierarchy is of one level, and so big that rays with nothing in common wait for memory."""
-    return accel.only_instance >= 0 and accel.nodes.shape[0] + accel.leaves.shape[0] > FLIGHT_FLOATS
+    """Return whether a hierarchy is of one level, over triangles, and so big that rays with nothing in common wait."""
+    if accel.only_instance < 0 or int(accel.instances[0].kind) != TRIANGLES:
+        return False
+    return accel.nodes.shape[0] + accel.leaves.shape[0] > FLIGHT_FLOATS
 
 
 @wp.func

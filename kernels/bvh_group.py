@@ -15,9 +15,9 @@ import warp as wp
 from .bvh_stack import cull_stack, push, push_children, stack_code
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import is_ray_finite
-from .constants import ALL_RAYS, GROUP, GROUP_FLOATS, GROUP_MIN, LEAVE_INSTANCE
+from .constants import ALL_RAYS, GROUP, GROUP_FLOATS, GROUP_MIN, LEAVE_INSTANCE, TRIANGLES
 from .group_stack import GroupStack, push_children_group, push_group
-from .intersect_group import meet_triangles
+from .intersect_group import meet_shapes, meet_triangles
 from .ray_group import bound_group, greatest_end, group_ray, rays_reaching
 from .ray_set import count_rays, drop_first, first_ray
 from .transform_group import transform_group
@@ -36,7 +36,7 @@ class RayGroup:
     u: wp.array[float]
     v: wp.array[float]
     words: wp.array[int]
-    """Word of the leaves at which the triangle's index is found, or -1."""
+    """Word of the leaves, or of the shapes, at which the triangle's or the shape's index is found; -1: no hit."""
     records: wp.array[int]
     """Instance record of the hit."""
     stack: GroupStack
@@ -49,7 +49,12 @@ def meet_leaf(
     accel: wp.ref[AccelData], group: wp.ref[RayGroup], leaf: int, first: int, rays: wp.uint32, record: int, is_any: bool
 ) -> int:
     """Test rays against a leaf packet, and return 1 if one of them hit something."""
-    hits = meet_triangles(accel.leaves, leaf, group.rays, first, rays, group.ends, group.u, group.v, group.words)
+    kind = int(accel.instances[record].kind)
+    hits = wp.uint32(0)
+    if kind == TRIANGLES:
+        hits = meet_triangles(accel.leaves, leaf, group.rays, first, rays, group.ends, group.u, group.v, group.words)
+    else:
+        hits = meet_shapes(accel.shapes, leaf, kind, group.rays, first, rays, group.ends, group.u, group.v, group.words)
     if hits == wp.uint32(0):
         return 0
     while hits != wp.uint32(0):

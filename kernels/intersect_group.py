@@ -1,13 +1,27 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A group of rays against the triangles of a leaf packet."""
+"""A group of rays against the triangles, or the shapes, of a leaf packet."""
 
 import warp as wp
 
-from .constants import AXES_ROW, GROUP, LEAF_FLOATS, LEAF_IDS, NO_TRIANGLE, SHEAR_ROW, WATERTIGHT
+from .constants import (
+    AXES_ROW,
+    DIRECTION_ROW,
+    GROUP,
+    LEAF_FLOATS,
+    LEAF_IDS,
+    NO_TRIANGLE,
+    SHAPE_FLOATS,
+    SHAPE_ID,
+    SHAPE_WORDS,
+    SHEAR_ROW,
+    WATERTIGHT,
+)
 from .intersect_packet import ALL_TRIANGLES, LEAF_ROWS, ONE_TRIANGLE, intersect_triangles_plain
+from .intersect_shape import intersect_shapes
 from .native import spell_out
-from .ray_group import group_ray
+from .ray_group import group_ray, group_vector
+from .ray_set import drop_first, first_ray
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -126,4 +140,39 @@ def meet_triangles_plain(
                 v[index] = tuv[2]
                 words[index] = leaf * LEAF_FLOATS + LEAF_IDS + lane
                 hits = hits | bit
+    return hits
+
+
+@wp.func
+def meet_shapes(
+    shapes: wp.array[float],
+    leaf: int,
+    kind: int,
+    group: wp.array[float],
+    first: int,
+    rays: wp.uint32,
+    ends: wp.array[float],
+    u: wp.array[float],
+    v: wp.array[float],
+    words: wp.array[int],
+) -> wp.uint32:
+    """Return which rays of a group meet a shape of a leaf packet before their ends, and write where.
+
+    As ``meet_triangles`` does, each ray by itself by ``intersect_shapes``; the words are those of ``shapes``.
+    """
+    tuv = wp.zeros(shape=(4,), dtype=float)
+    hits = wp.uint32(0)
+    rest = wp.uint32(rays)
+    while rest != wp.uint32(0):
+        index = first_ray(rest)
+        rest = drop_first(rest)
+        origin = group_vector(group, first + index, GROUP)
+        direction = group_vector(group, first + DIRECTION_ROW * GROUP + index, GROUP)
+        lane = intersect_shapes(shapes, leaf, kind, origin, direction, NO_TRIANGLE, ends[index], tuv)
+        if lane >= 0:
+            ends[index] = tuv[0]
+            u[index] = tuv[1]
+            v[index] = tuv[2]
+            words[index] = leaf * SHAPE_FLOATS + lane * SHAPE_WORDS + SHAPE_ID
+            hits = hits | (wp.uint32(1) << wp.uint32(index))
     return hits

@@ -13,6 +13,8 @@ from .bvh_flight import Flights
 from .bvh_group import RayGroup
 from .bvh_structs import AccelData, InstanceRecord, Stack
 from .bvh_traverse import any_hit, closest_hit
+from .constants import TRIANGLES
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -169,15 +171,22 @@ _WRITE_HITS = r"""
         ((float*)t_out.data)[ray] = is_hit ? t[index] : INFINITY;
         ((float*)u_out.data)[ray] = is_hit ? u_[index] : 0.0f;
         ((float*)v_out.data)[ray] = is_hit ? v_[index] : 0.0f;
-        ((int*)triangle_out.data)[ray] = is_hit ? ((const int*)leaves.data)[word[index]] : -1;
-        ((int*)instance_out.data)[ray] = is_hit ? instances.data[record[index]].instance : -1;
+        int triangle = -1, instance = -1;
+        if (is_hit) {
+            const auto& met = instances.data[record[index]];
+            triangle = ((const int*)(met.kind == TRIANGLES ? leaves : shapes).data)[word[index]];
+            instance = met.instance;
+        }
+        ((int*)triangle_out.data)[ray] = triangle;
+        ((int*)instance_out.data)[ray] = instance;
     }
 """
 
 
-@wp.func_native(_WRITE_HITS)
+@wp.func_native(spell_out(_WRITE_HITS, TRIANGLES=TRIANGLES))
 def write_hits(
     leaves: wp.array[float],
+    shapes: wp.array[float],
     instances: wp.array[InstanceRecord],
     order: wp.array[int],
     start: int,
@@ -199,7 +208,8 @@ def write_hits(
     Native, for in plain Warp each of fifteen array accesses a ray reads its array's address anew.
 
     Args:
-        leaves: Leaf packets.
+        leaves: Leaf packets of triangles.
+        shapes: Those of shapes.
         instances: Instance records.
         order: Rays.
         start: First of them.
@@ -232,6 +242,7 @@ def write_group(
     """Write what became of ``count`` rays, listed in ``order`` from ``start`` on: a group, if they were traced."""
     write_hits(
         accel.leaves,
+        accel.shapes,
         accel.instances,
         order,
         start,

@@ -213,7 +213,7 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array
     arrays = [accel.table, rays.origins, rays.directions, rays.t_max]
     is_cpu = accel.device == "cpu"
     workers = Workers(threads if is_cpu else 1)
-    is_for_groups = is_cpu and accel.data.intersector == constants.WATERTIGHT and not accel.data.shapes.size
+    is_for_groups = is_cpu and accel.data.intersector == constants.WATERTIGHT
     if is_for_groups and kernel in _GROUP_KERNELS:
         _launch_groups(accel, _GROUP_KERNELS[kernel], arrays, rays.count, outputs, workers)
         return

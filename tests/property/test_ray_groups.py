@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,12 +18,24 @@ from warp_rt.kernels import query
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
 from warp_rt.queries import Hits
 from warp_rt.ray_order import sort_rays
-from warp_rt.scene import Scene
+from warp_rt.scene import Scene, ShapeKind
 from warp_rt.workers import Workers
 
 from ..aimed_rays import edge_rays
 from ..meshes import octasphere, soup, torus
 from ..reference.test_queries import instanced_scene, rays_at
+from ..reference.test_shapes import scatter, scene_of
+
+
+def shape_scene(seed: int) -> Scene:
+    """Return instances of every kind of shapes among others of triangles."""
+    scene = instanced_scene(seed)
+    kinds = [scatter(kind, 20, seed + kind) for kind in ShapeKind]
+    first = len(scene.meshes)
+    mesh = scene.instances.mesh.copy()
+    mesh[::2] = first + np.arange(len(mesh[::2])) % len(kinds)
+    return replace(scene, meshes=scene.meshes + tuple(kinds), instances=replace(scene.instances, mesh=mesh))
+
 
 SCENES = {
     "sphere": Scene.from_arrays(*octasphere(5)),
@@ -31,6 +44,8 @@ SCENES = {
     "one triangle": Scene.from_arrays(*soup(1, 2)),
     "instances": instanced_scene(3),
     "instances far away": instanced_scene(4, spread=30.0),
+    "shapes": shape_scene(5),
+    "spheres": scene_of(scatter(ShapeKind.SPHERE, 3000, 6)),
     "nothing": Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int)),
 }
 
@@ -104,7 +119,7 @@ def test_any_number_of_rays(count: int) -> None:
     check(warp_rt.build_accel(SCENES["instances"]), *pencil(SCENES["instances"], count, 0.1, seed=5))
 
 
-@pytest.mark.parametrize("name", ["sphere", "instances"])
+@pytest.mark.parametrize("name", ["sphere", "instances", "shapes"])
 def test_rays_that_are_none_do_not_disturb_their_neighbours(name: str) -> None:
     origins, directions = pencil(SCENES[name], 20_000, 0.1, seed=6)
     rng = np.random.default_rng(7)
