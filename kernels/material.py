@@ -10,7 +10,7 @@ from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
 from .structs import InputData, MaterialData, SceneData
 from .surface import NORMALS_SLOT, Surface, eval_primvar, surface_tangents
-from .texture import eval_texture
+from .texture_node import eval_texture
 from .vector import face_forward, fresnel_schlick, max_component, refraction_discriminant
 
 MODEL_WHITTED = wp.constant(0)

@@ -88,6 +88,9 @@ class TextureData:
     row_v: wp.vec3
     wrap_s: wp.int32
     wrap_t: wp.int32
+    tiles: wp.int32
+    """-1: one image; else the first entry of UDIM tiles in ``SceneData.tiles``, ``image`` being the grid of their
+    means, and u' and v' count tiles from its lower left corner."""
     scale: wp.vec4
     bias: wp.vec4
     fallback: wp.vec4
@@ -282,6 +285,8 @@ class SceneData:
     """Row-major [material, input]."""
     textures: wp.array[TextureData]
     images: wp.array[ImageData]
+    tiles: wp.array[wp.int32]
+    """Images of UDIM tiles, grid by grid, row by row from the lower left: rows of ``images``, -1: no tile."""
     is_filtered: wp.int32
     """1: images have levels to choose from, so that rays carry differentials."""
     texels_byte: wp.array[wp.uint32]

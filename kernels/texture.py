@@ -1,17 +1,16 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Texels to values: wrapping, sRGB decoding, filtering, scale and bias."""
+"""Texels to values: wrapping, sRGB decoding, filtering."""
 
 import warp as wp
 
 from .constants import FOOTPRINT_MAX, MAX_ANISOTROPY
-from .structs import ImageData, SceneData, TextureData
+from .structs import ImageData, SceneData
 
 WRAP_BLACK = wp.constant(0)
 WRAP_CLAMP = wp.constant(1)
 WRAP_REPEAT = wp.constant(2)
 WRAP_MIRROR = wp.constant(3)
-WRAP_TILES = wp.constant(4)
 
 
 @wp.func
@@ -19,7 +18,7 @@ def wrap_texel(index: int, size: int, mode: int) -> int:
     """Return the texel that stands for texel ``index`` of an axis of ``size`` texels; -1: black."""
     if index >= 0 and index < size:
         return index
-    if mode == WRAP_CLAMP or mode == WRAP_TILES:
+    if mode == WRAP_CLAMP:
         return wp.clamp(index, 0, size - 1)
     if mode == WRAP_REPEAT:
         return index - size * int(wp.floor(float(index) / float(size)))
@@ -44,15 +43,6 @@ def wrap_coordinate(s: float, mode: int) -> float:
     if mode == WRAP_MIRROR:
         return s - 2.0 * wp.floor(0.5 * s)
     return wp.clamp(s, -2.0, 3.0)
-
-
-@wp.func
-def is_off_tiles(s: float, size: int, mode: int) -> bool:
-    """Return whether ``s`` is beyond the outermost of UDIM tiles, on an axis of ``size`` texels.
-
-    By half a texel, for seams end on tiles' edges. Of a footprint the middle counts: its mean has nothing black in it.
-    """
-    return mode == WRAP_TILES and wp.isfinite(s) and wp.abs(s - 0.5) > 0.5 + 0.5 / float(size)
 
 
 @wp.func
@@ -208,37 +198,3 @@ def sample_footprint(
             value += sample_image(scene, scene.images[image + lower + 1], u_k, v_k, wrap_s, wrap_t) * share
         total += value
     return total / float(probes.count)
-
-
-@wp.func
-def eval_texture(
-    scene: wp.ref[SceneData], texture: TextureData, uv: wp.vec2, across: wp.vec2, down: wp.vec2
-) -> wp.vec4:
-    """Return decode(texel) * scale + bias at texture coordinates ``uv``; the unscaled fallback without an image.
-
-    Args:
-        scene: Shading data.
-        texture: What is read.
-        uv: Texture coordinates.
-        across: Their change from one sample to the next across the picture; zero: no texels are averaged.
-        down: Likewise down the picture.
-
-    Reference: UsdPreviewSurface Specification, UsdUVTexture.
-    """
-    if texture.image < 0:
-        return texture.fallback
-    p = wp.vec3(uv[0], uv[1], 1.0)
-    u = wp.dot(texture.row_u, p)
-    v = wp.dot(texture.row_v, p)
-    image = scene.images[texture.image]
-    if is_off_tiles(u, image.width, texture.wrap_s) or is_off_tiles(v, image.height, texture.wrap_t):
-        return texture.bias
-    across_image = wp.vec2(
-        texture.row_u[0] * across[0] + texture.row_u[1] * across[1],
-        texture.row_v[0] * across[0] + texture.row_v[1] * across[1],
-    )
-    down_image = wp.vec2(
-        texture.row_u[0] * down[0] + texture.row_u[1] * down[1], texture.row_v[0] * down[0] + texture.row_v[1] * down[1]
-    )
-    value = sample_footprint(scene, texture.image, u, v, across_image, down_image, texture.wrap_s, texture.wrap_t)
-    return wp.cw_mul(value, texture.scale) + texture.bias

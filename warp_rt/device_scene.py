@@ -13,7 +13,7 @@ import warp as wp
 
 from warp_rt.device_lights import light_record, unit_axes
 from warp_rt.dome import bright_cells, irradiance_map, mean_color
-from warp_rt.image_pyramid import coarser_levels
+from warp_rt.image_pyramid import coarser_levels, decode
 from warp_rt.kernels import structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
@@ -35,9 +35,11 @@ from warp_rt.scene import (
     Scene,
     Shapes,
     Texture,
+    Tiles,
 )
 from warp_rt.specular_albedo import specular_albedo
 from warp_rt.srgb import linear_from_srgb
+from warp_rt.tile_grid import grid_levels
 
 _INPUT_ROWS = {MaterialModel.WHITTED: WHITTED_INPUTS, MaterialModel.PREVIEW: PREVIEW_INPUTS}
 """Order of a material's inputs on the device."""
@@ -252,11 +254,9 @@ def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int
     data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
     textures = [
         {
-            "image": images.row(t.image, is_srgb=t.is_srgb),
+            **images.of_texture(t),
             "primvar": slots[t.primvar],
             "uv_fallback": t.uv_fallback,
-            "row_u": t.uv_transform[0],
-            "row_v": t.uv_transform[1],
             "wrap_s": int(t.wrap_s),
             "wrap_t": int(t.wrap_t),
             "scale": t.scale,
@@ -295,10 +295,11 @@ class _Images:
         self._has_pyramids = has_pyramids
         self._device = pack.device
         self._rows: dict[tuple[int, bool], int] = {}
+        self._grids: dict[tuple[Tiles, bool], tuple[int, int]] = {}  # row of the means, first entry of the tiles
         self._derived: dict[tuple[Callable[..., Any], int, bool], Any] = {}
         self._table: list[dict[str, Any]] = []
         before = pack.bytes
-        self._upload(_image_reads(scene), pack)
+        self._upload(_image_reads(scene), _grid_reads(scene), pack)
         self._bytes = pack.bytes - before
 
     @staticmethod
@@ -307,7 +308,7 @@ class _Images:
         if (
             previous is None
             or (previous._device, previous._has_pyramids) != (pack.device, has_pyramids)
-            or tuple(previous._rows) != _image_reads(scene)
+            or (tuple(previous._rows), tuple(previous._grids)) != (_image_reads(scene), _grid_reads(scene))
             or [id(image) for image in previous._images] != [id(image) for image in scene.images]
         ):
             return _Images(scene, pack, has_pyramids=has_pyramids)
@@ -317,6 +318,16 @@ class _Images:
     def row(self, image: int, *, is_srgb: bool) -> int:
         """Return the device's row of an image of the scene, read as sRGB or not; -1 of no image."""
         return -1 if image < 0 else self._rows[image, is_srgb]
+
+    def of_texture(self, texture: Texture) -> dict[str, Any]:
+        """Return what a texture's record says about its image or its tiles, and where it is read."""
+        row_u, row_v = texture.uv_transform
+        if texture.tiles is None:
+            image, tiles = self.row(texture.image, is_srgb=texture.is_srgb), -1
+        else:
+            image, tiles = self._grids[texture.tiles, texture.is_srgb]
+            row_u, row_v = row_u - (0, 0, texture.tiles.left), row_v - (0, 0, texture.tiles.bottom)
+        return {"image": image, "tiles": tiles, "row_u": row_u, "row_v": row_v}
 
     def derived(self, function: Callable[..., Any], image: int, *, is_srgb: bool) -> Any:
         """Return what a function makes of an image of the scene, computed once.
@@ -339,29 +350,47 @@ class _Images:
     def put(self, data: Any) -> None:
         """Write all of it."""
         data.images = self._records
+        data.tiles = self._tiles
         data.is_filtered = any(record["level_count"] > 1 for record in self._table)
         data.texels_byte = self._texels_byte
         data.texels_float = self._texels_float
         data.srgb_decode = self._srgb_decode
 
-    def _upload(self, reads: Sequence[tuple[int, bool]], pack: _Packer) -> None:
+    def _upload(self, reads: Sequence[tuple[int, bool]], grids: Sequence[tuple[Tiles, bool]], pack: _Packer) -> None:
         texels = _Texels()
         offsets: dict[int, int] = {}
+        means: dict[tuple[int, bool], np.ndarray] = {}
+        tiled = {(image, is_srgb) for tiles, is_srgb in grids for image in tiles.present}
         for image, is_srgb in reads:
             pixels = self._images[image].pixels
             row = self._rows[image, is_srgb] = len(self._table)
             if image not in offsets:  # the image itself is the same by either curve
                 offsets[image] = texels.append(pixels)
             self._describe(pixels, offsets[image], is_srgb)
+            level = pixels
             if self._has_pyramids:
                 for level in coarser_levels(pixels, is_srgb=is_srgb):
                     self._describe(level, texels.append(level), is_srgb)
             self._table[row]["level_count"] = len(self._table) - row
+            if (image, is_srgb) in tiled:
+                means[image, is_srgb] = decode(level[:1, :1], is_srgb)[0, 0]
+        entries: list[int] = []
+        for tiles, is_srgb in grids:
+            row = len(self._table)
+            self._grids[tiles, is_srgb] = row, len(entries)
+            nothing = np.zeros(4, np.float32)
+            colors = np.array([[means.get((image, is_srgb), nothing) for image in line] for line in tiles.images])
+            for level in grid_levels(colors, np.array(tiles.images) >= 0):
+                if row == len(self._table) or self._has_pyramids:
+                    self._describe(level, texels.append(level), False)
+            self._table[row]["level_count"] = len(self._table) - row
+            entries += [self.row(image, is_srgb=is_srgb) for line in tiles.images for image in line]
+        self._tiles = pack.array(np.array(entries, np.int32), wp.int32)
         self._records = pack.records(structs.ImageData, self._table)
         self._texels_byte = pack.chunks(texels.bytes, wp.uint32, (), np.uint32)
         self._texels_float = pack.chunks(texels.floats, wp.vec4, (4,), np.float32)
-        decode = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
-        self._srgb_decode = pack.array(decode, wp.float32)
+        codes = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
+        self._srgb_decode = pack.array(codes, wp.float32)
 
     def _describe(self, pixels: np.ndarray, offset: int, is_srgb: bool) -> None:
         height, width = pixels.shape[:2]
@@ -393,7 +422,14 @@ class _Texels:
 def _image_reads(scene: Scene) -> tuple[tuple[int, bool], ...]:
     """Return the images that are read, each with whether as sRGB."""
     readers: list[Texture | Light | Dome] = [*scene.textures, *scene.lights, *scene.domes]
-    return tuple(dict.fromkeys((reader.image, reader.is_srgb) for reader in readers if reader.image >= 0))
+    reads = [(reader.image, reader.is_srgb) for reader in readers if reader.image >= 0]
+    reads += [(image, is_srgb) for tiles, is_srgb in _grid_reads(scene) for image in tiles.present]
+    return tuple(dict.fromkeys(reads))
+
+
+def _grid_reads(scene: Scene) -> tuple[tuple[Tiles, bool], ...]:
+    """Return the UDIM tiles that are read, each with whether as sRGB."""
+    return tuple(dict.fromkeys((texture.tiles, texture.is_srgb) for texture in scene.textures if texture.tiles))
 
 
 def _irradiance(pixels: np.ndarray, *, is_srgb: bool) -> np.ndarray:

@@ -40,7 +40,7 @@ def coarser_levels(pixels: np.ndarray, *, is_srgb: bool) -> Iterator[np.ndarray]
         yield _encode(level, pixels.dtype, is_srgb)
         if level.shape[:2] == (1, 1):
             return
-        level = _halve(_halve(level, 0), 1)
+        level = halve(halve(level, 0), 1)
 
 
 def _first_level(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
@@ -52,15 +52,16 @@ def _first_level(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
     for first in range(0, rows, step):
         last = min(first + step, rows)
         low, high = first * height // rows, -(-last * height // rows)
-        block = _decode(pixels[low:high], is_srgb)
-        level[first:last] = _halve(_rows_of(block, first, last, height, low), 1)
+        block = decode(pixels[low:high], is_srgb)
+        level[first:last] = halve(_rows_of(block, first, last, height, low), 1)
     return level
 
 
-def _halve(level: np.ndarray, axis: int) -> np.ndarray:
+def halve(level: np.ndarray, axis: int) -> np.ndarray:
+    """Return a linear level at half its height (axis 0) or width (1)."""
     if axis == 0:
         return _rows_of(level, 0, (len(level) + 1) // 2, len(level), 0)
-    return np.swapaxes(_halve(np.swapaxes(level, 0, 1), 0), 0, 1)
+    return np.swapaxes(halve(np.swapaxes(level, 0, 1), 0), 0, 1)
 
 
 def _rows_of(texels: np.ndarray, first: int, last: int, count: int, low: int) -> np.ndarray:
@@ -89,7 +90,8 @@ def _rows_of(texels: np.ndarray, first: int, last: int, count: int, low: int) ->
     return total
 
 
-def _decode(texels: np.ndarray, is_srgb: bool) -> np.ndarray:
+def decode(texels: np.ndarray, is_srgb: bool) -> np.ndarray:
+    """Return texels in linear light, float32."""
     if texels.dtype == np.uint8:
         linear = _LINEAR_VALUES[is_srgb][texels]
         if is_srgb:

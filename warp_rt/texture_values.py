@@ -8,6 +8,7 @@ Displacement needs it before there are rays; tests compare the two.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,7 +23,7 @@ def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.nd
         texture: Which.
         images: Rows that ``Texture.image`` counts.
         coordinates: Texture coordinates before the texture's transform, shape [n, 2]. What is not finite after it
-            counts as 0.
+            counts as 0; on tiles it is on none.
 
     Returns:
         float64, shape [n, 4].
@@ -31,21 +32,50 @@ def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.nd
     """
     if texture.image < 0:
         return np.tile(np.asarray(texture.fallback, np.float64), (len(coordinates), 1))
-    pixels = images[texture.image].pixels
     transform = texture.uv_transform.astype(np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
         uv = coordinates.astype(np.float64) @ transform[:, :2].T + transform[:, 2]
+    found = _image_values if texture.tiles is None else _tile_values
+    return found(texture, images, uv) * texture.scale + texture.bias
+
+
+def _image_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> np.ndarray:
+    """Return decoded values, float64, shape [n, 4]."""
     uv = np.where(np.isfinite(uv), uv, 0.0)
+    pixels = images[texture.image].pixels
     (x0, x1, fx), (y0, y1, fy) = (
         _texels(uv[:, axis], pixels.shape[1 - axis], wrap) for axis, wrap in enumerate((texture.wrap_s, texture.wrap_t))
     )
-    rows = (_fetch(pixels, x0, y, texture) * (1 - fx) + _fetch(pixels, x1, y, texture) * fx for y in (y0, y1))
-    bottom, top = rows
-    found = bottom * (1 - fy) + top * fy
-    for axis, wrap in enumerate((texture.wrap_s, texture.wrap_t)):
-        if wrap == Wrap.TILES:
-            found[np.abs(uv[:, axis] - 0.5) > 0.5 + 0.5 / pixels.shape[1 - axis]] = 0.0
-    return found * texture.scale + texture.bias
+    bottom, top = (_fetch(pixels, x0, y, texture) * (1 - fx) + _fetch(pixels, x1, y, texture) * fx for y in (y0, y1))
+    return np.asarray(bottom * (1 - fy) + top * fy)
+
+
+def _tile_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> np.ndarray:
+    """Return decoded values of UDIM tiles, float64, shape [n, 4]: nothing where there is none.
+
+    Where there is none within half a texel of the edge of one, it is that one, for seams end there.
+    """
+    tiles = texture.tiles
+    found = np.zeros((len(uv), 4))
+    is_done = np.zeros(len(uv), bool)
+    if tiles is None:
+        return found
+    grid = [(image, row, column) for row, images_ in enumerate(tiles.images) for column, image in enumerate(images_)]
+    for is_exact in (True, False):
+        for image, row, column in grid:
+            if image < 0:
+                continue
+            place = uv - (tiles.left + column, tiles.bottom + row)
+            height, width = images[image].pixels.shape[:2]
+            if is_exact:
+                is_here = ((place >= 0) & (place < 1)).all(axis=1)
+            else:
+                is_here = (np.abs(place - 0.5) <= 0.5 + 0.5 / np.array((width, height))).all(axis=1)
+            chosen = np.flatnonzero(is_here & ~is_done)
+            one = replace(texture, image=image, tiles=None, wrap_s=Wrap.CLAMP, wrap_t=Wrap.CLAMP)
+            found[chosen] = _image_values(one, images, place[chosen])
+            is_done[chosen] = True
+    return found
 
 
 def _texels(s: np.ndarray, size: int, wrap: Wrap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -58,7 +88,7 @@ def _texels(s: np.ndarray, size: int, wrap: Wrap) -> tuple[np.ndarray, np.ndarra
 
 
 def _wrapped(index: np.ndarray, size: int, wrap: Wrap) -> np.ndarray:
-    if wrap in (Wrap.CLAMP, Wrap.TILES):
+    if wrap == Wrap.CLAMP:
         return np.clip(index, 0, size - 1)
     if wrap == Wrap.REPEAT:
         return index % size

@@ -25,6 +25,7 @@ PARTS = {
             "instance_paths",
             "light_shapes",
             "image_pyramid",
+            "tile_grid",
             "placement",
         ),
         *("scene_source", "srgb", "stand_ins", "texture_values"),

@@ -99,7 +99,7 @@ def light(kind: str, body: str = "", schemas: str = "") -> str:
 
 
 # By code: the stage's body, or its metadata and body, and the prims that the code is told about.
-# DIR stands for a folder with good.png, bad.png and the tiles t.1001.png (8 bits) and t.1002.png (16 bits).
+# DIR stands for a folder with good.png and bad.png.
 CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W101": (mesh("", QUAD.replace("[4]", "[2, 2]")), {"/m"}),
     "W102": (mesh("", QUAD.replace("2, 3]", "2, 9]")), {"/m"}),
@@ -172,7 +172,6 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W142": (patch("int[] trimCurve:counts = [1]"), {"/p"}),
     "W201": (textured(ST + "asset inputs:file = @gone.png@"), {"/M/T"}),
     "W202": (textured(ST + "asset inputs:file = @DIR/bad.png@"), {"/M/T"}),
-    "W203": (textured(ST + "asset inputs:file = @DIR/t.<UDIM>.png@"), {"/M/T"}),
     "W204": (textured(ST + 'asset inputs:file = @DIR/good.png@\ntoken inputs:wrapS = "twice"'), {"/M/T"}),
     "W205": (textured(ST + 'asset inputs:file = @DIR/good.png@ (colorSpace = "ADX10")'), {"/M/T"}),
     "W206": (textured("asset inputs:file = @DIR/good.png@"), {"/M/T"}),
@@ -324,8 +323,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("assets")
     PillowImage.fromarray(np.zeros((2, 2, 3), np.uint8)).save(path / "good.png")
     (path / "bad.png").write_bytes(b"nonsense")
-    PillowImage.fromarray(np.zeros((2, 2, 3), np.uint8)).save(path / "t.1001.png")
-    PillowImage.fromarray(np.zeros((2, 2), np.uint16)).save(path / "t.1002.png")
     return path
 
 

@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.structs import SceneData
-from warp_rt.kernels.texture import eval_texture
+from warp_rt.kernels.texture_node import eval_texture
 from warp_rt.scene import Image, Instances, Scene, Texture, Wrap
 from warp_rt.texture_values import texture_values
 from warp_rt.warp_setup import init_warp
@@ -47,7 +47,7 @@ def evaluate(
 def wrapped(index: int, size: int, wrap: Wrap) -> int | None:
     if wrap == Wrap.REPEAT:
         return index % size
-    if wrap in (Wrap.CLAMP, Wrap.TILES):
+    if wrap == Wrap.CLAMP:
         return min(max(index, 0), size - 1)
     if wrap == Wrap.MIRROR:
         k = index % (2 * size)
@@ -61,12 +61,6 @@ def bilinear(pixels: np.ndarray, uv: np.ndarray, wrap_s: Wrap, wrap_t: Wrap) -> 
     for u, v in np.asarray(uv, float):
         x, y = u * width - 0.5, v * height - 0.5
         value = np.zeros(4)
-        # Half a texel outside the tiles is still theirs: the centres of the texels about it are within one texel.
-        is_off_s = wrap_s == Wrap.TILES and not -1 <= x <= width
-        is_off_t = wrap_t == Wrap.TILES and not -1 <= y <= height
-        if is_off_s or is_off_t:
-            result.append(value)
-            continue
         for dy, dx in product((0, 1), (0, 1)):
             column = wrapped(int(np.floor(x)) + dx, width, wrap_s)
             row = wrapped(int(np.floor(y)) + dy, height, wrap_t)
@@ -161,7 +155,7 @@ def test_a_footprint_within_a_texel_changes_nothing(wrap: Wrap) -> None:
     np.testing.assert_array_equal(evaluate(pixels, uv, across=across, wrap_s=wrap, wrap_t=wrap), plain)
 
 
-@pytest.mark.parametrize("wrap", [Wrap.CLAMP, Wrap.TILES, Wrap.REPEAT, Wrap.MIRROR])
+@pytest.mark.parametrize("wrap", [Wrap.CLAMP, Wrap.REPEAT, Wrap.MIRROR])
 @pytest.mark.parametrize("size", [(16, 16), (13, 6), (1, 5)])
 def test_a_footprint_much_larger_than_the_image_gives_its_mean(wrap: Wrap, size: tuple) -> None:
     pixels = noise(size)

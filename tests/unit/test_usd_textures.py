@@ -8,7 +8,8 @@ from PIL import Image as PilImage
 from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import Input, Wrap
+from warp_rt.scene import Input, Tiles, Wrap
+from warp_rt.srgb import linear_from_srgb
 from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.surface_inputs import InputReader
@@ -355,35 +356,54 @@ def test_conversions_pass_on_what_comes_in():
 # --- UDIM
 
 
-def test_udim_tiles_lie_side_by_side(tmp_path):
-    for number, value in ((1001, 10), (1012, 20)):
-        PilImage.fromarray(np.full((2, 2, 3), value, np.uint8)).save(tmp_path / f"t.{number}.png")
+def udim(tmp_path, **tiles):
+    """Return what a texture of tiles becomes, written from arrays by number."""
+    for number, pixels in tiles.items():
+        PilImage.fromarray(pixels).save(tmp_path / f"t.{number[1:]}.png")
     layer = str(tmp_path / "scene.usda")
-    found, texture, images, codes = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=layer)
+    return _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=layer)
+
+
+def test_udim_tiles_lie_side_by_side(tmp_path):
+    first, second = (np.full((2, 2, 3), value, np.uint8) for value in (10, 20))
+    found, texture, images, codes = udim(tmp_path, t1001=first, t1012=second)
     assert (found.texture, texture.image, codes) == (0, 0, [])
-    pixels = images[0].pixels
-    assert pixels.shape == (4, 4, 4)
     # Tile 1001 covers [0, 1] x [0, 1], tile 1012 = 1001 + 1 + 10 covers [1, 2] x [1, 2]; the others are clear.
-    for uv, expected in (((0.5, 0.5), (10, 255)), ((1.5, 1.5), (20, 255)), ((1.5, 0.5), (0, 0)), ((0.5, 1.5), (0, 0))):
-        x, y = (texture.uv_transform @ [*uv, 1]) * 4
-        assert tuple(pixels[int(y), int(x), [0, 3]]) == expected
+    assert texture.tiles == Tiles(0, 0, ((0, -1), (-1, 1)))
+    uv = np.array([(0.5, 0.5), (1.5, 1.5), (1.5, 0.5), (0.5, 1.5)])
+    linear = linear_from_srgb(np.array([10, 20]) / 255)
+    expected = [(linear[0], 1), (linear[1], 1), (0, 0), (0, 0)]
+    np.testing.assert_allclose(texture_values(texture, images, uv)[:, [0, 3]], expected, atol=1e-7)
 
 
 def test_beyond_the_outermost_udim_tiles_is_nothing(tmp_path):
     """An absent tile is the same within the rectangle of those there are and outside; seams on its edge are not cut."""
-    PilImage.fromarray(np.full((2, 2, 3), 255, np.uint8)).save(tmp_path / "t.1001.png")
-    _, texture, images, _ = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=str(tmp_path / "scene.usda"))
+    _, texture, images, _ = udim(tmp_path, t1001=np.full((2, 2, 3), 255, np.uint8))
     uv = np.array([(0.5, 0.5), (1.0, 1.0), (1.01, 0.5), (1.5, 0.5), (0.5, -0.5), (7.5, 0.5)])
     expected = [1, 1, 1, 0, 0, 0]
     np.testing.assert_array_equal(texture_values(texture, images, uv), np.repeat(expected, 4).reshape(-1, 4))
 
 
 def test_udim_tiles_need_not_begin_at_the_first_nor_have_one_size(tmp_path):
-    PilImage.fromarray(np.full((1, 1, 3), 10, np.uint8)).save(tmp_path / "t.1023.png")
-    PilImage.fromarray(np.full((4, 2, 3), 20, np.uint8)).save(tmp_path / "t.1024.png")
-    _, texture, images, _ = _texture(f"asset inputs:file = @t.<UDIM>.png@\n{ST}", layer=str(tmp_path / "scene.usda"))
-    np.testing.assert_array_equal(images[0].pixels[..., 0], np.tile([10, 10, 20, 20], (4, 1)))
-    np.testing.assert_allclose(texture.uv_transform @ [2.5, 2.5, 1], [0.25, 0.5], rtol=1e-6)
+    tiles = {"t1023": np.full((1, 1, 3), 10, np.uint8), "t1024": np.full((4, 2, 3), 20, np.uint8)}
+    _, texture, images, codes = udim(tmp_path, **tiles)
+    assert (texture.tiles, codes) == (Tiles(2, 2, ((0, 1),)), [])
+    assert [image.pixels.shape for image in images] == [(1, 1, 4), (4, 2, 4)]
+
+
+def test_udim_tiles_may_differ_in_depth_each_decoded_as_it_is_by_itself(tmp_path):
+    """Under auto, 8 bits are sRGB and 16 are linear."""
+    wide = np.full((2, 2), 32768, np.uint16)
+    _, texture, images, codes = udim(tmp_path, t1001=np.full((2, 2, 3), 188, np.uint8), t1002=wide)
+    assert codes == []
+    values = texture_values(texture, images, np.array([(0.5, 0.5), (1.5, 0.5)]))[:, 0]
+    np.testing.assert_allclose(values, [linear_from_srgb(np.array(188 / 255)), 32768 / 65535], rtol=1e-6)
+
+
+def test_a_udim_tile_that_is_damaged_is_named_and_is_none(tmp_path):
+    (tmp_path / "t.1002.png").write_bytes(b"damaged")
+    _, texture, _, codes = udim(tmp_path, t1001=np.full((2, 2, 3), 9, np.uint8))
+    assert (texture.tiles, codes) == (Tiles(0, 0, ((0,),)), ["W202"])
 
 
 def test_udim_without_tiles_is_named(tmp_path):

@@ -11,7 +11,17 @@ from warp_rt.scene.bounds import local_bounds, local_boxes, point_bounds, primit
 from warp_rt.scene.cameras import Camera
 from warp_rt.scene.geometry import SHAPE_POINTS, Instances, Mesh, Primvar, RayMask, ShapeKind, Shapes, is_closed
 from warp_rt.scene.lights import Dome, Light, LightKind, Profile, Shadow
-from warp_rt.scene.materials import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture, Wrap
+from warp_rt.scene.materials import (
+    MATERIAL_DEFAULTS,
+    Image,
+    Input,
+    Material,
+    MaterialModel,
+    OpacityMode,
+    Texture,
+    Tiles,
+    Wrap,
+)
 from warp_rt.scene.scene import Scene
 from warp_rt.scene.settings import Product, RenderVar, Settings
 
@@ -40,6 +50,7 @@ __all__ = [
     "ShapeKind",
     "Shapes",
     "Texture",
+    "Tiles",
     "Wrap",
     "is_closed",
     "local_bounds",

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
@@ -27,8 +27,6 @@ class Wrap(IntEnum):
     CLAMP = 1
     REPEAT = 2
     MIRROR = 3
-    TILES = 4
-    """Nothing, black, beyond half a texel: UDIM tiles, whose seams end on the outermost edge."""
 
 
 class OpacityMode(IntEnum):
@@ -48,11 +46,35 @@ class Image:
 
 
 @dataclass(frozen=True)
+class Tiles:
+    """UDIM tiles: a grid of images, each over one unit of texture coordinates each way."""
+
+    left: int
+    """Texture coordinate of the grid's left edge."""
+    bottom: int
+    images: tuple[tuple[int, ...], ...]
+    """Rows of ``Scene.images``: from the lowest row of tiles up, each from left to right; -1 where there is no tile,
+    which is transparent black."""
+
+    def map(self, function: Callable[[int], int]) -> Tiles:
+        """Return the same grid of other images; ``function`` takes and gives rows, -1 among them."""
+        return replace(self, images=tuple(tuple(map(function, row)) for row in self.images))
+
+    @property
+    def present(self) -> tuple[int, ...]:
+        """The images there are, in order."""
+        return tuple(image for row in self.images for image in row if image >= 0)
+
+
+@dataclass(frozen=True)
 class Texture:
     """An image with all that a UsdUVTexture and what feeds its ``st`` say: out = decode(texel) * scale + bias."""
 
     image: int
-    """Row of ``Scene.images``, or -1 where the file is unreadable: the result is then ``fallback``, unscaled."""
+    """Row of ``Scene.images``, or -1 where the file is unreadable: the result is then ``fallback``, unscaled. Of tiles,
+    any of them."""
+    tiles: Tiles | None = None
+    """In place of the one image; wrap modes do not count."""
     primvar: str = "st"
     """Name of the two-component primvar that holds the texture coordinates."""
     uv_fallback: tuple[float, float] = (0.0, 0.0)

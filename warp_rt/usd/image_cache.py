@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -17,11 +17,10 @@ from warp_rt.scene import Image
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE, ColorSpace, color_space
 from warp_rt.usd.dome_layouts import LATLONG, guess_layout, has_proportions, to_latlong
-from warp_rt.usd.image_files import MAX_TEXELS, ImageFile, read_image_file
+from warp_rt.usd.image_files import read_image_file
 
 MISSING_FILE = "W201"
 UNREADABLE_FILE = "W202"
-UDIM_TILES = "W203"
 
 
 Kept = TypeVar("Kept")
@@ -66,7 +65,6 @@ class ImageCache:
         self._recipes: list[Hashable] = []  # of each row
         self._rows: dict[Hashable, int] = {}  # of each recipe
         self._files: dict[str, int | str] = {}  # row by path, or why there is none
-        self._atlases: dict[str, tuple[int, np.ndarray]] = {}
         self._kept = kept or KeptImages()
         self._report = report
 
@@ -78,43 +76,43 @@ class ImageCache:
             message = f"the image @{name}@ is not found" if name else "no image file is named"
             self._report.warn(MISSING_FILE, prim, message)
             return -1
-        if path not in self._files:
-            try:
-                self._files[path] = self._row(_state(path), lambda: _Decoded.of(path, read_image_file(path)))
-            except SceneError as error:
-                self._files[path] = str(error)
-        row = self._files[path]
+        row = self._read(path)
         if isinstance(row, str):
             self._report.warn(UNREADABLE_FILE, prim, f"the image @{asset.path}@ cannot be used: {row}")
             return -1
         return row
 
-    def load_tiles(self, attribute: Usd.Attribute, asset: Sdf.AssetPath, prim: object) -> tuple[int, np.ndarray]:
-        """Return the row of an image that holds all tiles of a ``<UDIM>`` path side by side.
+    def _read(self, path: str) -> int | str:
+        """Return the row of a file's image, or why there is none."""
+        if path not in self._files:
+            recipe = _state(path)
+            made = self._kept.get(recipe, lambda: _decode(path))
+            self._files[path] = made if isinstance(made, str) else self._row(recipe, lambda: made)
+        return self._files[path]
 
-        Tile 1001 + u + 10 v covers [u, u + 1] x [v, v + 1]; absent tiles are transparent black.
+    def load_tiles(self, attribute: Usd.Attribute, asset: Sdf.AssetPath, prim: object) -> dict[tuple[int, int], int]:
+        """Return the rows of the images of a ``<UDIM>`` path, by column and row of the tiles; none, told, without any.
+
+        Tile 1001 + u + 10 v covers [u, u + 1] x [v, v + 1].
 
         Args:
             attribute: Where the path is authored; relative paths start from its layer.
             asset: Its value.
             prim: Whom diagnostics are about.
-
-        Returns:
-            The row or -1, and the map from texture coordinates to those of the joint image: shape [2, 3].
         """
         specs = attribute.GetPropertyStack(Usd.TimeCode.Default())
         paths = UsdShade.UdimUtils.ResolveUdimTilePaths(asset.path, specs[0].layer) if specs else []
         if not paths:
             self._report.warn(MISSING_FILE, prim, f"the image @{asset.path}@ is not found, not one tile of it")
-            return -1, np.eye(2, 3)
-        if paths[0][0] not in self._atlases:
-            recipe = (asset.path, *(_state(path) for path, _ in paths))
-            atlas = self._kept.get(recipe, lambda: _join_tiles(paths, asset.path))
-            for code, message in atlas.notes:
-                self._report.warn(code, prim, message)
-            row = -1 if atlas.decoded is None else self._add(recipe, atlas.decoded)
-            self._atlases[paths[0][0]] = row, atlas.transform
-        return self._atlases[paths[0][0]]
+        tiles = {}
+        for path, number in paths:
+            row = self._read(path)
+            if isinstance(row, str):
+                self._report.warn(UNREADABLE_FILE, prim, f"tile {number} of @{asset.path}@ cannot be used: {row}")
+                continue
+            v, u = divmod(int(number) - 1001, 10)
+            tiles[u, v] = row
+        return tiles
 
     def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
         """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be one.
@@ -216,62 +214,17 @@ class _Decoded:
     image: Image
     is_srgb: bool
 
-    @staticmethod
-    def of(path: str, file: ImageFile) -> _Decoded:
-        return _Decoded(Image(path, file.pixels), file.is_srgb_by_default)
 
-
-@dataclass(frozen=True)
-class _Atlas:
-    """Tiles side by side."""
-
-    decoded: _Decoded | None
-    """None where they cannot be used."""
-    transform: np.ndarray
-    """From texture coordinates to those of the joint image, shape [2, 3]."""
-    notes: list[tuple[str, str]]
-    """Codes and messages of diagnostics."""
+def _decode(path: str) -> _Decoded | str:
+    """Return the image of a file, or why there is none."""
+    try:
+        file = read_image_file(path)
+    except SceneError as error:
+        return str(error)
+    return _Decoded(Image(path, file.pixels), file.is_srgb_by_default)
 
 
 def _state(path: str) -> tuple[str, float]:
     """Return a resolved path, and when the file that is there has been written."""
     written = Ar.GetResolver().GetModificationTimestamp(path, Ar.ResolvedPath(path))
     return path, written.GetTime() if written.IsValid() else 0.0
-
-
-def _join_tiles(paths: Sequence[tuple[str, str]], name: str) -> _Atlas:
-    """Return the joint image of tiles.
-
-    Args:
-        paths: Resolved, with the number of each.
-        name: What the scene calls them all.
-    """
-    notes: list[tuple[str, str]] = []
-    tiles: dict[tuple[int, int], ImageFile] = {}
-    for path, number in paths:
-        try:
-            tiles[divmod(int(number) - 1001, 10)] = read_image_file(path)
-        except SceneError as error:
-            notes.append((UNREADABLE_FILE, f"tile {number} of @{name}@ cannot be used: {error}"))
-    if not tiles:
-        return _Atlas(None, np.eye(2, 3), notes)
-    first = next(iter(tiles.values()))
-    for key in [key for key, tile in tiles.items() if tile.pixels.dtype != first.pixels.dtype]:
-        del tiles[key]
-        message = f"tile {1001 + key[1] + 10 * key[0]} of @{name}@ is of another type than the rest; left out"
-        notes.append((UDIM_TILES, message))
-    bottom, left = np.min(list(tiles), axis=0)
-    rows, columns = np.max(list(tiles), axis=0) - (bottom, left) + 1
-    height, width = np.max([tile.pixels.shape[:2] for tile in tiles.values()], axis=0)
-    if rows * height * columns * width > MAX_TEXELS:
-        message = f"the tiles of @{name}@ have more than {MAX_TEXELS} texels together; the fallback is used"
-        notes.append((UDIM_TILES, message))
-        return _Atlas(None, np.eye(2, 3), notes)
-    joint = np.zeros((rows, height, columns, width, 4), first.pixels.dtype)
-    for (row, column), tile in tiles.items():
-        # Smaller tiles are enlarged texel by texel.
-        y, x = (np.arange(n) * have // n for n, have in zip((height, width), tile.pixels.shape, strict=False))
-        joint[row - bottom, :, column - left] = tile.pixels[np.ix_(y, x)]
-    file = ImageFile(joint.reshape(rows * height, columns * width, 4), first.channel_count)
-    transform = np.array([[1 / columns, 0, -left / columns], [0, 1 / rows, -bottom / rows]])
-    return _Atlas(_Decoded.of(name, file), transform, notes)

@@ -91,13 +91,15 @@ class InputRows:
             texture = source.texture
             matrix, shift = np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
             matrix[: len(linear)], shift[: len(linear)] = linear, offset
-            image = texture.image
-            if image >= 0:
-                image = self._images.mixed(image, texture.is_srgb, matrix * texture.scale)
+
+            def mixed(image: int) -> int:
+                return image if image < 0 else self._images.mixed(image, texture.is_srgb, matrix * texture.scale)
+
             self._rows[key] = self.add(
                 replace(
                     texture,
-                    image=image,
+                    image=mixed(texture.image),
+                    tiles=None if texture.tiles is None else texture.tiles.map(mixed),
                     is_srgb=False,
                     scale=(1.0, 1.0, 1.0, 1.0),
                     bias=_vector4(matrix @ texture.bias + shift),

@@ -90,9 +90,12 @@ class MeshLightReader:
         texture = self._textures[source.texture]
         if texture.image < 0:
             return np.array(texture.fallback[:3])
-        pixels = self._images[texture.image].pixels
-        color = pixels.reshape(-1, 4)[:, :3].astype(float) / (255.0 if pixels.dtype == np.uint8 else 1.0)
-        if texture.is_srgb:
-            color = linear_from_srgb(color)
-        mean: np.ndarray = color.mean(axis=0) * texture.scale[:3] + texture.bias[:3]
+        rows = (texture.image,) if texture.tiles is None else texture.tiles.present
+        colors = np.mean([_mean_color(self._images[row].pixels, texture.is_srgb) for row in rows], axis=0)
+        mean: np.ndarray = colors * texture.scale[:3] + texture.bias[:3]
         return np.repeat(mean[source.channel], 3) if 0 <= source.channel < 3 else mean
+
+
+def _mean_color(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
+    color = pixels.reshape(-1, 4)[:, :3].astype(float) / (255.0 if pixels.dtype == np.uint8 else 1.0)
+    return np.asarray((linear_from_srgb(color) if is_srgb else color).mean(axis=0))

@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import Texture, Wrap
+from warp_rt.scene import Texture, Tiles, Wrap
 from warp_rt.usd.color_spaces import color_space as find_color_space
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.shading_network import find_source, read_numbers, read_token
@@ -100,27 +100,20 @@ class TextureNodes:
         file = shader.GetInput("file")
         attribute = find_source(file, self._report) if file else None
         asset = attribute.Get(self._time) if isinstance(attribute, Usd.Attribute) else None
-        transform = coordinates.transform
+        tiles = None
         if isinstance(asset, Sdf.AssetPath) and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
-            image, of_tiles = self._images.load_tiles(attribute, asset, prim)
-            transform = np.vstack([of_tiles, [0, 0, 1]]) @ transform
-            wraps = [Wrap.TILES, Wrap.TILES]
+            rows = self._images.load_tiles(attribute, asset, prim)
+            decoded = {place: self._decoded(row, color_space, attribute, prim) for place, row in rows.items()}
+            image, tiles, is_srgb = self._lay_out(decoded)
         else:
-            image = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
-        is_srgb = False
-        if color_space == "auto" and image >= 0:
-            image, is_srgb = self._images.decoded(image, attribute, prim)
-        elif color_space != "auto":
-            named = find_color_space(color_space)  # the tokens raw and sRGB are such names, too
-            if named is not None:
-                image, is_srgb = self._images.in_space(image, named)
-            else:
-                self._report.warn(UNKNOWN_TOKEN, prim, f"the sourceColorSpace {color_space!r} is unknown; read as raw")
+            row = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
+            image, is_srgb = self._decoded(row, color_space, attribute, prim)
         texture = Texture(
             image,
+            tiles=tiles,
             primvar=coordinates.primvar,
             uv_fallback=coordinates.fallback,
-            uv_transform=transform[:2].astype(np.float32),
+            uv_transform=coordinates.transform[:2].astype(np.float32),
             wrap_s=wraps[0],
             wrap_t=wraps[1],
             scale=scale,
@@ -129,6 +122,34 @@ class TextureNodes:
             is_srgb=is_srgb,
         )
         return _texture_source(texture)
+
+    def _decoded(self, row: int, color_space: str, attribute: Usd.Attribute, prim: Sdf.Path) -> tuple[int, bool]:
+        """Return the row to read of an image, and whether to decode it by the sRGB curve, as the node says."""
+        if color_space == "auto":
+            return self._images.decoded(row, attribute, prim)
+        named = find_color_space(color_space)  # the tokens raw and sRGB are such names, too
+        if named is None:
+            self._report.warn(UNKNOWN_TOKEN, prim, f"the sourceColorSpace {color_space!r} is unknown; read as raw")
+            return row, False
+        return self._images.in_space(row, named)
+
+    def _lay_out(self, decoded: dict[tuple[int, int], tuple[int, bool]]) -> tuple[int, Tiles | None, bool]:
+        """Return one of the images of tiles, their grid, and whether to decode them by the sRGB curve.
+
+        Args:
+            decoded: By column and row, the row of an image, and whether to decode it by the sRGB curve. Where some are
+                to be, and others, of more than 8 bits, are not, those are decoded here.
+        """
+        if not decoded:
+            return -1, None, False
+        is_srgb = all(is_encoded for _, is_encoded in decoded.values())
+        rows = {
+            place: self._images.mixed(row, True, np.eye(4)) if is_encoded and not is_srgb else row
+            for place, (row, is_encoded) in decoded.items()
+        }
+        (left, bottom), (right, top) = np.min(list(rows), axis=0).tolist(), np.max(list(rows), axis=0).tolist()
+        grid = tuple(tuple(rows.get((u, v), -1) for u in range(left, right + 1)) for v in range(bottom, top + 1))
+        return next(iter(rows.values())), Tiles(left, bottom, grid), is_srgb
 
     def _wrap(self, shader: UsdShade.Shader, name: str, default: str) -> Wrap:
         token = self._token(shader, name, default)
@@ -149,7 +170,14 @@ class TextureNodes:
 
 
 def _texture_source(texture: Texture) -> Source:
-    values = (texture.image, texture.primvar, texture.uv_fallback, texture.uv_transform.tolist(), texture.is_srgb)
+    values = (
+        texture.image,
+        texture.tiles,
+        texture.primvar,
+        texture.uv_fallback,
+        texture.uv_transform.tolist(),
+        texture.is_srgb,
+    )
     return Source(
         f"{values} {texture.wrap_s} {texture.wrap_t} {texture.scale} {texture.bias} {texture.fallback}", texture
     )

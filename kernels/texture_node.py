@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Texture nodes: texture coordinates moved, the image or its tiles looked up, the value scaled and shifted."""
+
+import warp as wp
+
+from .structs import SceneData, TextureData
+from .texture import sample_footprint
+from .udim import sample_tiles
+
+
+@wp.func
+def eval_texture(
+    scene: wp.ref[SceneData], texture: TextureData, uv: wp.vec2, across: wp.vec2, down: wp.vec2
+) -> wp.vec4:
+    """Return decode(texel) * scale + bias at texture coordinates ``uv``; the unscaled fallback without an image.
+
+    Args:
+        scene: Shading data.
+        texture: What is read.
+        uv: Texture coordinates.
+        across: Their change from one sample to the next across the picture; zero: no texels are averaged.
+        down: Likewise down the picture.
+
+    Reference: UsdPreviewSurface Specification, UsdUVTexture.
+    """
+    if texture.image < 0:
+        return texture.fallback
+    p = wp.vec3(uv[0], uv[1], 1.0)
+    u = wp.dot(texture.row_u, p)
+    v = wp.dot(texture.row_v, p)
+    across_image = wp.vec2(
+        texture.row_u[0] * across[0] + texture.row_u[1] * across[1],
+        texture.row_v[0] * across[0] + texture.row_v[1] * across[1],
+    )
+    down_image = wp.vec2(
+        texture.row_u[0] * down[0] + texture.row_u[1] * down[1], texture.row_v[0] * down[0] + texture.row_v[1] * down[1]
+    )
+    if texture.tiles >= 0:
+        value = sample_tiles(scene, texture.image, texture.tiles, u, v, across_image, down_image)
+        return wp.cw_mul(value, texture.scale) + texture.bias
+    value = sample_footprint(scene, texture.image, u, v, across_image, down_image, texture.wrap_s, texture.wrap_t)
+    return wp.cw_mul(value, texture.scale) + texture.bias
