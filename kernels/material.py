@@ -8,7 +8,7 @@ from .albedo import diffuse_albedo, specular_albedo
 from .constants import GRAZING_FADE, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
 from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
-from .structs import InputData, MaterialData, SceneData
+from .structs import MaterialData, SceneData
 from .surface import NORMALS_SLOT, Surface, eval_primvar, surface_tangents
 from .texture_node import eval_texture
 from .vector import face_forward, fresnel_schlick, max_component, refraction_discriminant
@@ -85,29 +85,30 @@ class Shading:
 
 # Out of line: constants, by far the most, are then read without it.
 @wp.func(inline=False)
-def eval_varying_input(
-    scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputData, is_averaged: bool
-) -> wp.vec4:
-    """Return an input that is a texture or a primvar, at a surface point."""
+def eval_varying_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, is_averaged: bool) -> wp.vec4:
+    """Return an input that is a texture or a primvar, at a surface point.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        row: Of ``SceneData.inputs``.
+        is_averaged: Whether a texture gives its mean over the ray's footprint.
+    """
+    data = scene.inputs[row]
+    value = wp.vec4(0.0, 0.0, 0.0, 0.0)
     if data.texture < 0:
-        return wp.cw_mul(eval_primvar(scene, surface, data.primvar, data.value), data.scale) + data.bias
-    texture = scene.textures[data.texture]
-    fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
-    st = eval_primvar(scene, surface, texture.primvar, fallback)
-    across = wp.vec2(0.0, 0.0)
-    down = wp.vec2(0.0, 0.0)
-    if scene.is_filtered != 0 and is_averaged:
-        across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
-        down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
-    return eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down)
-
-
-@wp.func
-def eval_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputData, is_averaged: bool) -> wp.vec4:
-    """Return one input at a surface point; of a texture its mean over the ray's footprint, if it is to be averaged."""
-    value = data.value
-    if data.texture >= 0 or data.primvar >= 0:
-        value = eval_varying_input(scene, surface, data, is_averaged)
+        fallback = scene.input_values[row]
+        value = wp.cw_mul(eval_primvar(scene, surface, data.primvar, fallback), data.scale) + data.bias
+    else:
+        texture = scene.textures[data.texture]
+        uv_fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
+        st = eval_primvar(scene, surface, texture.primvar, uv_fallback)
+        across = wp.vec2(0.0, 0.0)
+        down = wp.vec2(0.0, 0.0)
+        if scene.is_filtered != 0 and is_averaged:
+            across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
+            down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
+        value = eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down)
     if data.channel >= 0:
         c = value[data.channel]
         return wp.vec4(c, c, c, c)
@@ -115,16 +116,35 @@ def eval_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], data: InputDa
 
 
 @wp.func
-def input_vec3(scene: wp.ref[SceneData], surface: wp.ref[Surface], index: int) -> wp.vec3:
+def eval_input(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, is_averaged: bool
+) -> wp.vec4:
+    """Return one input of the surface's material; of a texture its mean over the ray's footprint, if it is to be.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        varying: ``MaterialData.varying``.
+        index: Of the input.
+        is_averaged: Whether a texture gives its mean.
+    """
+    row = surface.material * INPUT_COUNT + index
+    if varying & (1 << index) != 0:
+        return eval_varying_input(scene, surface, row, is_averaged)
+    return scene.input_values[row]
+
+
+@wp.func
+def input_vec3(scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int) -> wp.vec3:
     """Return a colour input of the surface's material."""
-    value = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index], True)
+    value = eval_input(scene, surface, varying, index, True)
     return wp.vec3(value[0], value[1], value[2])
 
 
 @wp.func
-def input_float(scene: wp.ref[SceneData], surface: wp.ref[Surface], index: int) -> float:
+def input_float(scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int) -> float:
     """Return a scalar input of the surface's material."""
-    return eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + index], True)[0]
+    return eval_input(scene, surface, varying, index, True)[0]
 
 
 @wp.func
@@ -151,7 +171,7 @@ def shading_normal(scene: wp.ref[SceneData], surface: wp.ref[Surface], material:
         t = tangent - n * wp.dot(n, tangent)
         b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
         if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
-            m = input_vec3(scene, surface, _NORMAL)
+            m = input_vec3(scene, surface, material.varying, _NORMAL)
             bent = wp.normalize(t) * m[0] + wp.normalize(b) * m[1] + n * m[2]
             if wp.length_sq(bent) > 0.0:
                 n = wp.normalize(bent)
@@ -184,14 +204,14 @@ def eval_whitted(
     s.n = shading_normal(scene, surface, material, wo)
     s.wo = wo
     s.presence = 1.0
-    s.ambient = input_vec3(scene, surface, _AMBIENT)
-    s.diffuse = input_vec3(scene, surface, _DIFFUSE)
-    s.specular = input_vec3(scene, surface, _SPECULAR)
-    s.exponent = input_float(scene, surface, _SHININESS)
-    s.kr = input_vec3(scene, surface, _REFLECTION)
-    s.kt = input_vec3(scene, surface, _TRANSMISSION)
+    s.ambient = input_vec3(scene, surface, material.varying, _AMBIENT)
+    s.diffuse = input_vec3(scene, surface, material.varying, _DIFFUSE)
+    s.specular = input_vec3(scene, surface, material.varying, _SPECULAR)
+    s.exponent = input_float(scene, surface, material.varying, _SHININESS)
+    s.kr = input_vec3(scene, surface, material.varying, _REFLECTION)
+    s.kt = input_vec3(scene, surface, material.varying, _TRANSMISSION)
     is_closed = scene.meshes[surface.mesh].is_closed
-    s.eta = passage_eta(is_closed, side, input_float(scene, surface, _IOR))
+    s.eta = passage_eta(is_closed, side, input_float(scene, surface, material.varying, _IOR))
     local = s.diffuse + s.specular
     s.has_local = 1 if wp.max(local[0], wp.max(local[1], local[2])) > 0.0 else 0
     return s
@@ -241,8 +261,7 @@ def eval_preview(
     s.wo = wo
     # A cut-out's edge is where opacity crosses the threshold: the mean of what lies about it says nothing of that.
     is_averaged = material.opacity_threshold <= 0.0
-    given = eval_input(scene, surface, scene.inputs[surface.material * INPUT_COUNT + _OPACITY], is_averaged)
-    opacity = wp.clamp(given[0], 0.0, 1.0)
+    opacity = wp.clamp(eval_input(scene, surface, material.varying, _OPACITY, is_averaged)[0], 0.0, 1.0)
     if material.opacity_threshold > 0.0:
         opacity = 1.0 if opacity >= material.opacity_threshold else 0.0
     s.presence = 1.0
@@ -252,13 +271,17 @@ def eval_preview(
     if material.is_single_sided != 0 and side < 0.0:
         s.presence = 0.0
 
-    color = input_vec3(scene, surface, _DIFFUSE_COLOR)
-    metallic = wp.clamp(input_float(scene, surface, _METALLIC), 0.0, 1.0)
-    roughness = wp.max(input_float(scene, surface, _ROUGHNESS), ROUGHNESS_MIN)
-    ior = input_float(scene, surface, _PREVIEW_IOR)
+    color = input_vec3(scene, surface, material.varying, _DIFFUSE_COLOR)
+    metallic = wp.clamp(input_float(scene, surface, material.varying, _METALLIC), 0.0, 1.0)
+    roughness = wp.max(input_float(scene, surface, material.varying, _ROUGHNESS), ROUGHNESS_MIN)
+    ior = input_float(scene, surface, material.varying, _PREVIEW_IOR)
     one = wp.vec3(1.0, 1.0, 1.0)
     s.specular = preview_f0(
-        color, input_vec3(scene, surface, _SPECULAR_COLOR), metallic, ior, material.use_specular_workflow
+        color,
+        input_vec3(scene, surface, material.varying, _SPECULAR_COLOR),
+        metallic,
+        ior,
+        material.use_specular_workflow,
     )
     s.specular_grazing = one
     s.diffuse = color * opacity
@@ -267,12 +290,14 @@ def eval_preview(
         s.diffuse = s.diffuse * (1.0 - metallic)
     # Exact Fresnel reflectance is 0 at all angles where it is 0 head on; Schlick's would still be 1 at grazing ones.
     s.specular_grazing = s.specular_grazing * wp.min(GRAZING_FADE * max_component(s.specular), 1.0)
-    s.ambient = s.diffuse * input_float(scene, surface, _OCCLUSION)
-    s.emission = input_vec3(scene, surface, _EMISSIVE)
+    s.ambient = s.diffuse * input_float(scene, surface, material.varying, _OCCLUSION)
+    s.emission = input_vec3(scene, surface, material.varying, _EMISSIVE)
     s.alpha = roughness * roughness
     s.coat_f0 = dielectric_f0(ior)
-    s.coat = wp.clamp(input_float(scene, surface, _COAT), 0.0, 1.0) * wp.min(GRAZING_FADE * s.coat_f0, 1.0)
-    coat_roughness = wp.max(input_float(scene, surface, _COAT_ROUGHNESS), ROUGHNESS_MIN)
+    s.coat = wp.clamp(input_float(scene, surface, material.varying, _COAT), 0.0, 1.0) * wp.min(
+        GRAZING_FADE * s.coat_f0, 1.0
+    )
+    coat_roughness = wp.max(input_float(scene, surface, material.varying, _COAT_ROUGHNESS), ROUGHNESS_MIN)
     s.coat_alpha = coat_roughness * coat_roughness
     s.has_local = 1
 

@@ -98,10 +98,10 @@ class TextureData:
 
 @wp.struct
 class InputData:
-    """One input of a material: a constant, a texture or a primvar."""
+    """One input of a material that is a texture or a primvar."""
 
-    value: wp.vec4
     texture: wp.int32
+    """-1: a primvar."""
     primvar: wp.int32
     channel: wp.int32
     """0 to 3 picks one; -1 takes the vector."""
@@ -121,6 +121,8 @@ class MaterialData:
     is_single_sided: wp.int32
     """Whether it is absent from behind."""
     has_normal_map: wp.int32
+    varying: wp.int32
+    """A bit an input, the first one lowest: 1 where it is a texture or a primvar."""
 
 
 @wp.struct
@@ -282,7 +284,9 @@ class SceneData:
     material_table: wp.array[wp.int32]
     materials: wp.array[MaterialData]
     inputs: wp.array[InputData]
-    """Row-major [material, input]."""
+    """Row-major [material, input]; of constants they mean nothing."""
+    input_values: wp.array[wp.vec4]
+    """Row-major [material, input]: constants, their channel taken; what stands in for a primvar that is missing."""
     textures: wp.array[TextureData]
     images: wp.array[ImageData]
     tiles: wp.array[wp.int32]

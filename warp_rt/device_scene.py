@@ -243,15 +243,19 @@ def _pack_instances(data: Any, pack: _Packer, scene: Scene, placement: Placement
 def _pack_materials(data: Any, pack: _Packer, scene: Scene, slots: dict[str, int], images: _Images) -> None:
     data.materials = pack.records(structs.MaterialData, [_material_record(m) for m in scene.materials])
     inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), structs.InputData.numpy_dtype())
-    for row, material in zip(inputs, scene.materials, strict=True):
+    values = np.zeros((*inputs.shape, 4), np.float32)
+    for row, value, material in zip(inputs, values, scene.materials, strict=True):
         for k, name in enumerate(_INPUT_ROWS[material.model]):
             source = material.inputs.get(name)
             if source is None:
                 x, y, z = (*MATERIAL_DEFAULTS[material.model][name], 0.0, 0.0)[:3]
                 source = Input((x, y, z, 0.0))
             primvar = slots[source.primvar] if source.primvar else -1
-            row[k] = (source.value, source.texture, primvar, source.channel, source.scale, source.bias)
+            row[k] = (source.texture, primvar, source.channel, source.scale, source.bias)
+            takes_channel = source.channel >= 0 and not source.varies
+            value[k] = source.value[source.channel] if takes_channel else source.value
     data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
+    data.input_values = pack.array(values.reshape(-1, 4), wp.vec4)
     textures = [
         {
             **images.of_texture(t),
@@ -276,8 +280,12 @@ def _material_record(material: Material) -> dict[str, Any]:
         "opacity_mode": int(material.opacity_mode),
         "opacity_threshold": material.opacity_threshold,
         "is_single_sided": material.is_single_sided,
-        "has_normal_map": normal is not None
-        and (normal.texture >= 0 or bool(normal.primvar) or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)),
+        "has_normal_map": normal is not None and (normal.varies or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)),
+        "varying": sum(
+            1 << k
+            for k, name in enumerate(_INPUT_ROWS[material.model])
+            if name in material.inputs and material.inputs[name].varies
+        ),
     }
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from warp_rt.kernels import structs
 from warp_rt.kernels.shading import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
 from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, RenderOptions
-from warp_rt.scene import Input, Material, MaterialModel, Scene, Settings
+from warp_rt.scene import Material, MaterialModel, Scene, Settings
 
 _BLACK = (0.0, 0.0, 0.0)
 _LARGEST = float(np.finfo(np.float32).max)  # stands for an infinite threshold: no weight reaches it
@@ -72,10 +72,6 @@ def _shadow_mode(shadows: str, scene: Scene) -> int:
 def _lets_light_through(material: Material, *, with_whitted: bool) -> bool:
     if material.model == MaterialModel.WHITTED:
         source = material.inputs.get("transmission")
-        return with_whitted and source is not None and (_varies(source) or max(source.value[:3]) > 0)
+        return with_whitted and source is not None and (source.varies or max(source.value[:3]) > 0)
     source = material.inputs.get("opacity")
-    return source is not None and (_varies(source) or source.value[0] < 1)
-
-
-def _varies(source: Input) -> bool:
-    return source.texture >= 0 or bool(source.primvar)
+    return source is not None and (source.varies or source.value[0] < 1)

@@ -105,6 +105,11 @@ class Input:
     """Of a primvar, or its fallback: what is read is value * scale + bias. A texture has its own."""
     bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
+    @property
+    def varies(self) -> bool:
+        """Whether it is no constant."""
+        return self.texture >= 0 or bool(self.primvar)
+
 
 MATERIAL_DEFAULTS: Mapping[MaterialModel, Mapping[str, tuple[float, ...]]] = {
     MaterialModel.WHITTED: {
