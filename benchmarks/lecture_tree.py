@@ -14,7 +14,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.forest import build_binary_forest, refer_to_triangles
-from warp_rt.jobs import as_warp
+from warp_rt.jobs import Executor, as_warp
 from warp_rt.kernels.bounds import intersect_box, inverse_direction
 from warp_rt.kernels.bvh_structs import BinaryTrees
 from warp_rt.kernels.intersect_sphere import is_sphere_met
@@ -198,9 +198,9 @@ class Counts:
 def build_tree(mesh: TriangleMesh, builder: str) -> LectureTree:
     """Return the binary tree of one of warp_rt's builders, one triangle a leaf."""
     points, triangles = as_warp(mesh.points, wp.vec3), as_warp(mesh.triangles.reshape(-1), wp.int32)
-    workers = Workers(None)
-    references = refer_to_triangles(points, triangles, np.array([len(mesh.triangles)], np.int32), workers)
-    binary = build_binary_forest(references, leaf_size=1, builder=builder, workers=workers)
+    executor = Executor("cpu", Workers(None))
+    references = refer_to_triangles(points, triangles, np.array([len(mesh.triangles)], np.int32), executor)
+    binary = build_binary_forest(references, leaf_size=1, builder=builder, workers=executor.workers)
     count = len(mesh.triangles)
     tree = LectureTree()
     tree.corners = corners_of(mesh)

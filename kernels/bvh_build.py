@@ -10,6 +10,7 @@ import warp as wp
 
 from .bounds import widest_axis
 from .bvh_collapse import evaluate_costs
+from .bvh_references import measure_range
 from .bvh_sah import partition_slices, slices_per_unit, split_sah, xyz
 from .bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange, Reference
 from .constants import BUILD_STACK, SAH_BINS
@@ -21,36 +22,6 @@ SAH = wp.constant(0)
 MEDIAN = wp.constant(1)
 MIDPOINT = wp.constant(2)
 LBVH = wp.constant(3)
-
-
-@wp.func_native(
-    r"""
-    const float inf = INFINITY;
-    float low[4] = {inf, inf, inf, inf}, high[4] = {-inf, -inf, -inf, -inf};
-    float centroid_low[4] = {inf, inf, inf, inf}, centroid_high[4] = {-inf, -inf, -inf, -inf};
-    for (int i = first; i < first + count; ++i) {
-        const auto reference = references.data[i];
-        for (int k = 0; k < 3; ++k) {
-            const float a = reference.low[k], b = reference.high[k], centroid = a + b;
-            low[k] = a < low[k] ? a : low[k];
-            high[k] = b > high[k] ? b : high[k];
-            centroid_low[k] = centroid < centroid_low[k] ? centroid : centroid_low[k];
-            centroid_high[k] = centroid > centroid_high[k] ? centroid : centroid_high[k];
-        }
-    }
-    for (int k = 0; k < 3; ++k) {
-        ranges.data[at].low[k] = low[k];
-        ranges.data[at].high[k] = high[k];
-        ranges.data[at].centroid_low[k] = centroid_low[k];
-        ranges.data[at].centroid_high[k] = centroid_high[k];
-    }
-    ranges.data[at].first = first;
-    ranges.data[at].count = count;
-"""
-)
-def measure_range(references: wp.array[Reference], first: int, count: int, ranges: wp.array[BuildRange], at: int):
-    """Set element ``at`` of ``ranges`` to references [first, first + count) with their boxes."""
-    ...
 
 
 # --- splits: each returns the first reference of the right half, or -1 for a range that it cannot tell apart
@@ -281,33 +252,6 @@ def build_subtrees(
     # Children have higher slots than their parents.
     for step in range(free - 2 * begin - 1):
         evaluate_costs(trees, free - 1 - step)
-
-
-@wp.kernel
-def refer_to_triangles(
-    points: wp.array[wp.vec3],
-    triangles: wp.array[int],
-    chunk_first: wp.array[int],
-    chunk_count: wp.array[int],
-    first: int,
-    references_out: wp.array[Reference],
-    chunk_ranges_out: wp.array[BuildRange],
-):
-    """Write the references of one chunk of triangles, and the chunk's boxes."""
-    chunk = first + wp.tid()
-    begin = chunk_first[chunk]
-    count = chunk_count[chunk]
-    for i in range(begin, begin + count):
-        p0 = points[triangles[3 * i]]
-        p1 = points[triangles[3 * i + 1]]
-        p2 = points[triangles[3 * i + 2]]
-        low = wp.min(wp.min(p0, p1), p2)
-        high = wp.max(wp.max(p0, p1), p2)
-        reference = Reference()
-        reference.low = wp.vec4(low[0], low[1], low[2], wp.cast(i, wp.float32))
-        reference.high = wp.vec4(high[0], high[1], high[2], wp.cast(1, wp.float32))
-        references_out[i] = reference
-    measure_range(references_out, begin, count, chunk_ranges_out, chunk)
 
 
 @wp.kernel

@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From the binary tree to wide nodes: chosen by cost, then packed for traversal.
+"""From binary trees to wide ones: chosen by cost, then packed for traversal, level by level.
+
+Wide nodes of one level are opened side by side, each by a thread; what they add up to is found from the deepest level
+up, and then, from the roots down, where they go. A launch reads only what earlier ones have written: there is neither
+an atomic nor a fence, and the result is the same on every device, whatever the order of threads.
 
 Reference: Ylitie, Karras and Laine (2017), Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs,
 HPG, section 4.1. Differs by a leaf of the binary tree being a leaf packet already: nothing is left to merge.
@@ -9,7 +13,7 @@ HPG, section 4.1. Differs by a leaf of the binary tree being a leaf packet alrea
 import warp as wp
 
 from .bounds import box_half_area, box_padding
-from .bvh_structs import BinaryTrees, TreeSummary
+from .bvh_structs import BinaryTrees, Box
 from .constants import NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
@@ -17,16 +21,27 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
 
 @wp.struct
 class WideNode:
-    """A wide node that a walk has yet to visit."""
+    """A wide node to be, one of a level of all trees: what it stands for, what is below it, and where it goes."""
 
     slot: int
     """Of the binary node that it stands for."""
+    tree: int
+    child_count: int
+    """0 where it is the root of a tree that is one leaf: then it becomes no node."""
+    node_count: int
+    """Wide nodes of its subtree, its own included."""
+    leaf_count: int
+    """Leaves of its subtree."""
+    depth: int
+    """Levels of its subtree."""
+    stack_size: int
+    """Entries that a traversal of its subtree can leave on its stack at once, whatever the ray."""
     number: int
-    """Its own, within the walk."""
-    level: int
-    """Wide nodes on the way to it, its own included."""
-    entries: int
-    """Stack entries that can be pending when a traversal reaches it."""
+    """Its own."""
+    first_below: int
+    """Number of the first node below it."""
+    first_leaf: int
+    """Number of the first leaf below it."""
 
 
 @wp.func
@@ -138,121 +153,186 @@ def order_lanes(nodes: wp.array[float], word: int, octant: int, keys: wp.array[f
         nodes[word + NODE_ORDERS + 2 * octant + parity] = wp.cast(order, wp.float32)
 
 
-@wp.struct
-class Parts:
-    """Parts of trees that are walked one by one: all of a small tree; of a big one the levels above all subtrees,
-    then what is cut off there, each piece from a wide node down."""
-
-    root: wp.array[int]
-    """shape [part_count], slot of the topmost node."""
-    is_above: int
-    """1: the parts end where ``is_above_subtrees`` does."""
-    room: wp.array[int]
-    """shape [part_count], where those parts have room for pending nodes; others know by themselves."""
-    cut: wp.array[int]
-    """shape [part_count], first of a part's cuts."""
-    node: wp.array[int]
-    """shape [part_count], number of the part's first wide node."""
-    leaf: wp.array[int]
-    """shape [part_count], number of the part's first leaf."""
+@wp.kernel
+def start_levels(slots: wp.array[int], first: int, roots_out: wp.array[WideNode]):
+    """Write the topmost level: the root of each tree."""
+    tree = first + wp.tid()
+    root = WideNode()
+    root.slot = slots[tree]
+    root.tree = tree
+    roots_out[tree] = root
 
 
 @wp.kernel
-def walk_parts(
+def open_nodes(
     trees: BinaryTrees,
-    is_above_subtrees: wp.array[wp.int8],
-    parts: Parts,
-    node_offset: int,
-    pending: wp.array[WideNode],
-    is_packing: bool,
     first: int,
-    cuts: wp.array[WideNode],
-    summaries_out: wp.array[TreeSummary],
+    level: wp.array[WideNode],
+    children_out: wp.array2d[int],
+    inner_counts_out: wp.array[int],
+):
+    """Write the binary slots of the children of a level's nodes, and how many of these become nodes themselves."""
+    i = first + wp.tid()
+    slot = level[i].slot
+    count = int(0)
+    inner_count = int(0)
+    if trees.nodes[slot].right >= 0:
+        work = wp.zeros(shape=(wp.static(2 * WIDTH),), dtype=int)
+        found = wp.zeros(shape=(WIDTH,), dtype=int)
+        count = gather_children(trees, slot, work, found)
+        for lane in range(count):
+            children_out[i, lane] = found[lane]
+            if trees.nodes[found[lane]].right >= 0:
+                inner_count += 1
+    level[i].child_count = count
+    inner_counts_out[i] = inner_count
+
+
+@wp.kernel
+def list_children(
+    trees: BinaryTrees,
+    level: wp.array[WideNode],
+    inner_ends: wp.array[int],
+    first: int,
+    children: wp.array2d[int],
+    below_out: wp.array[WideNode],
+):
+    """Write the next level, and turn children into its rows, or, where they are leaves, into -1 - slot.
+
+    ``inner_ends`` are the running sums of the counts of ``open_nodes``.
+    """
+    i = first + wp.tid()
+    row = int(0)
+    if i > 0:
+        row = inner_ends[i - 1]
+    for lane in range(level[i].child_count):
+        slot = children[i, lane]
+        if trees.nodes[slot].right < 0:
+            children[i, lane] = -1 - slot
+        else:
+            children[i, lane] = row
+            node = WideNode()
+            node.slot = slot
+            node.tree = level[i].tree
+            below_out[row] = node
+            row += 1
+
+
+@wp.kernel
+def summarize_nodes(below: wp.array[WideNode], children: wp.array2d[int], first: int, level: wp.array[WideNode]):
+    """Write what lies below the nodes of a level, the level ``below`` being done."""
+    i = first + wp.tid()
+    count = level[i].child_count
+    node_count = int(1)
+    leaf_count = int(0)
+    depth = int(0)
+    stack_size = int(0)
+    for lane in range(count):
+        row = children[i, lane]
+        if row < 0:
+            leaf_count += 1
+        else:
+            node_count += below[row].node_count
+            leaf_count += below[row].leaf_count
+            depth = wp.max(depth, below[row].depth)
+            stack_size = wp.max(stack_size, below[row].stack_size)
+    if count == 0:
+        level[i].node_count = 0
+        level[i].leaf_count = 1
+        level[i].depth = 0
+        level[i].stack_size = 0
+    else:
+        level[i].node_count = node_count
+        level[i].leaf_count = leaf_count
+        level[i].depth = 1 + depth
+        # A traversal goes on into one child and leaves the others on its stack.
+        level[i].stack_size = count - 1 + stack_size
+
+
+@wp.kernel
+def place_roots(tree_node: wp.array[int], tree_leaf: wp.array[int], first: int, level: wp.array[WideNode]):
+    """Write where the trees' nodes and leaves go."""
+    tree = first + wp.tid()
+    level[tree].number = tree_node[tree]
+    level[tree].first_below = tree_node[tree] + 1
+    level[tree].first_leaf = tree_leaf[tree]
+
+
+@wp.kernel
+def write_nodes(
+    trees: BinaryTrees,
+    level: wp.array[WideNode],
+    children: wp.array2d[int],
+    node_offset: int,
+    first: int,
+    below: wp.array[WideNode],
+    numbers_out: wp.array[int],
     leaf_slots_out: wp.array[int],
+    leaf_trees_out: wp.array[int],
     wide_nodes_out: wp.array[float],
 ):
-    """Walk the wide nodes of part ``first`` + thread: first to count them and list the cuts, then to write them.
+    """Write the nodes of a level and where those of the level below go.
 
-    Packing writes the nodes and the slots of the leaves, and reads the numbers of the cuts' nodes from ``cuts``.
+    The nodes of a tree lie together, those with the same parent side by side; then come the last one's descendants,
+    then those of the one before, and leaves likewise: neighbours in space are neighbours in memory.
     """
-    part = first + wp.tid()
-    root = parts.root[part]
-    summary = TreeSummary()
-    cut = int(parts.cut[part])
-    first_node = int(0)
-    first_leaf = int(0)
-    if is_packing:
-        first_node = parts.node[part]
-        first_leaf = parts.leaf[part]
-    if trees.nodes[root].right < 0:
-        if is_packing:
-            leaf_slots_out[first_leaf] = root
-        summary.leaf_count = 1
-        summaries_out[part] = summary
+    i = first + wp.tid()
+    count = level[i].child_count
+    leaf = int(level[i].first_leaf)
+    numbers_out[i] = level[i].number if count > 0 else -1
+    if count == 0:
+        leaf_slots_out[leaf] = level[i].slot
+        leaf_trees_out[leaf] = level[i].tree
         return
-    # Parts that are walked at the same time have disjoint subtrees, whose nodes but for the root lie together, two a
-    # pair of children: half the slot of the first pair begins a place that is a part's own and has enough room.
-    base = trees.nodes[root].left // 2
-    if parts.is_above == 1:
-        base = parts.room[part]
-    work = wp.zeros(shape=(wp.static(2 * WIDTH),), dtype=int)
-    found = wp.zeros(shape=(WIDTH,), dtype=int)
+    word = level[i].number * NODE_FLOATS
+    number = int(level[i].first_below)
+    for lane in range(WIDTH):
+        low = wp.vec3(wp.inf)
+        high = wp.vec3(-wp.inf)
+        code = int(0)
+        if lane < count:
+            row = children[i, lane]
+            slot = -1 - row
+            if row < 0:
+                code = -1 - leaf
+                leaf_slots_out[leaf] = slot
+                leaf_trees_out[leaf] = level[i].tree
+                leaf += 1
+            else:
+                slot = below[row].slot
+                code = node_offset + number
+                below[row].number = number
+                number += 1
+            padding = box_padding(trees.nodes[slot].low, trees.nodes[slot].high)
+            low = trees.nodes[slot].low - wp.vec3(padding)
+            high = trees.nodes[slot].high + wp.vec3(padding)
+        for axis in range(3):
+            wide_nodes_out[word + WIDTH * axis + lane] = low[axis]
+            wide_nodes_out[word + WIDTH * (3 + axis) + lane] = high[axis]
+        wide_nodes_out[word + NODE_CHILDREN + lane] = wp.cast(code, wp.float32)
+    for step in range(count):
+        row = children[i, count - 1 - step]
+        if row >= 0:
+            below[row].first_below = number
+            below[row].first_leaf = leaf
+            number += below[row].node_count - 1
+            leaf += below[row].leaf_count
     keys = wp.zeros(shape=(WIDTH,), dtype=float)
-    pending[base].slot = root
-    pending[base].number = 0
-    pending[base].level = 1
-    pending[base].entries = 0
-    summary.node_count = 1
-    top = int(1)
-    while top > 0:
-        top -= 1
-        wide = pending[base + top]
-        count = gather_children(trees, wide.slot, work, found)
-        # A traversal goes on into one child and leaves the others on its stack.
-        entries = wide.entries + count - 1
-        summary.depth = wp.max(summary.depth, wide.level)
-        summary.stack_size = wp.max(summary.stack_size, entries)
-        word = (first_node + wide.number) * NODE_FLOATS
-        for lane in range(WIDTH):
-            low = wp.vec3(wp.inf)
-            high = wp.vec3(-wp.inf)
-            code = int(0)
-            if lane < count:
-                slot = found[lane]
-                padding = box_padding(trees.nodes[slot].low, trees.nodes[slot].high)
-                low = trees.nodes[slot].low - wp.vec3(padding)
-                high = trees.nodes[slot].high + wp.vec3(padding)
-                if trees.nodes[slot].right < 0:
-                    code = -1 - first_leaf - summary.leaf_count
-                    if is_packing:
-                        leaf_slots_out[-1 - code] = slot
-                    summary.leaf_count += 1
-                elif parts.is_above == 1 and is_above_subtrees[slot] == wp.int8(0):
-                    if is_packing:
-                        code = node_offset + cuts[cut].number
-                    else:
-                        cuts[cut].slot = slot
-                        cuts[cut].level = wide.level
-                        cuts[cut].entries = entries
-                    cut += 1
-                else:
-                    code = node_offset + first_node + summary.node_count
-                    pending[base + top].slot = slot
-                    pending[base + top].number = summary.node_count
-                    pending[base + top].level = wide.level + 1
-                    pending[base + top].entries = entries
-                    summary.node_count += 1
-                    top += 1
-            if is_packing:
-                for axis in range(3):
-                    wide_nodes_out[word + WIDTH * axis + lane] = low[axis]
-                    wide_nodes_out[word + WIDTH * (3 + axis) + lane] = high[axis]
-                wide_nodes_out[word + NODE_CHILDREN + lane] = wp.cast(code, wp.float32)
-        if is_packing:
-            for octant in range(8):
-                order_lanes(wide_nodes_out, word, octant, keys, found)
-    summary.cut_count = cut - parts.cut[part]
-    summaries_out[part] = summary
+    lanes = wp.zeros(shape=(WIDTH,), dtype=int)
+    for octant in range(8):
+        order_lanes(wide_nodes_out, word, octant, keys, lanes)
+
+
+@wp.kernel
+def summarize_trees(
+    trees: BinaryTrees, slots: wp.array[int], first: int, boxes_out: wp.array[Box], costs_out: wp.array[float]
+):
+    """Write the boxes of trees and their costs."""
+    tree = first + wp.tid()
+    root = slots[tree]
+    boxes_out[tree].low = trees.nodes[root].low
+    boxes_out[tree].high = trees.nodes[root].high
+    costs_out[tree] = trees.costs[root, 0]
 
 
 @wp.func_native(
@@ -294,25 +374,20 @@ def pack_triangles(
     points: wp.array[wp.vec3],
     triangles: wp.array[int],
     leaf_slots: wp.array[int],
+    leaf_trees: wp.array[int],
     tree_first: wp.array[int],
-    tree_leaf: wp.array[int],
-    chunk_tree: wp.array[int],
-    chunk_first: wp.array[int],
-    chunk_count: wp.array[int],
     first: int,
     leaves_out: wp.array[float],
 ):
-    """Write one chunk of a tree's leaf packets."""
-    chunk = first + wp.tid()
-    tree = chunk_tree[chunk]
-    begin = tree_leaf[tree] + chunk_first[chunk]
-    for leaf in range(begin, begin + chunk_count[chunk]):
-        node = trees.nodes[leaf_slots[leaf]]
-        pack_leaf(trees.ids, node.left, -node.right, 0, points, triangles, tree_first[tree], leaf, leaves_out)
+    """Write a leaf packet."""
+    leaf = first + wp.tid()
+    node = trees.nodes[leaf_slots[leaf]]
+    first_triangle = tree_first[leaf_trees[leaf]]
+    pack_leaf(trees.ids, node.left, -node.right, 0, points, triangles, first_triangle, leaf, leaves_out)
 
 
 @wp.kernel
-def list_leaf_primitives(trees: BinaryTrees, leaf_slots: wp.array[int], ids_out: wp.array[int]):
-    """Write the primitive of each leaf of a tree whose leaves hold one."""
-    leaf = wp.tid()
-    ids_out[leaf] = trees.ids[trees.nodes[leaf_slots[leaf]].left]
+def rank_primitives(trees: BinaryTrees, leaf_slots: wp.array[int], first: int, leaf_of_primitive_out: wp.array[int]):
+    """Write the leaf of each primitive of a tree whose leaves hold one."""
+    leaf = first + wp.tid()
+    leaf_of_primitive_out[trees.ids[trees.nodes[leaf_slots[leaf]].left]] = leaf

@@ -1,22 +1,18 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""New boxes for old trees: meshes whose points move while their triangles stay the same ones."""
+"""New boxes for old trees: meshes whose points move while their triangles stay the same ones.
+
+Leaves first, then level by level upwards, a launch each: a node reads what earlier launches have written.
+"""
 
 import warp as wp
 
 from .bounds import box_half_area, box_padding
 from .bvh_collapse import order_lanes, pack_leaf
+from .bvh_structs import Box
 from .constants import LEAF_FLOATS, LEAF_IDS, NODE_CHILDREN, NODE_FLOATS, WIDTH
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-
-@wp.struct
-class Box:
-    """An axis-aligned box."""
-
-    low: wp.vec3
-    high: wp.vec3
 
 
 @wp.func_native(
@@ -47,88 +43,91 @@ def refit_leaves(
     ids: wp.array[int],
     points: wp.array[wp.vec3],
     triangles: wp.array[int],
+    leaf_trees: wp.array[int],
     tree_first: wp.array[int],
-    tree_leaf: wp.array[int],
-    chunk_tree: wp.array[int],
-    chunk_first: wp.array[int],
-    chunk_count: wp.array[int],
     first: int,
     leaves_out: wp.array[float],
     boxes_out: wp.array[Box],
 ):
-    """Write one chunk of a tree's leaf packets anew, and their boxes; ``ids`` are the words of the old packets."""
-    chunk = first + wp.tid()
-    tree = chunk_tree[chunk]
-    begin = tree_leaf[tree] + chunk_first[chunk]
-    for leaf in range(begin, begin + chunk_count[chunk]):
-        word = leaf * LEAF_FLOATS + LEAF_IDS
-        count = int(0)
-        for lane in range(WIDTH):
-            if ids[word + lane] >= 0:
-                count += 1
-        pack_leaf(ids, word, count, tree_first[tree], points, triangles, tree_first[tree], leaf, leaves_out)
-        measure_leaf(leaves_out, leaf, boxes_out)
+    """Write a leaf packet anew, and its box; ``ids`` are the words of the old packets."""
+    leaf = first + wp.tid()
+    word = leaf * LEAF_FLOATS + LEAF_IDS
+    count = int(0)
+    for lane in range(WIDTH):
+        if ids[word + lane] >= 0:
+            count += 1
+    first_triangle = tree_first[leaf_trees[leaf]]
+    pack_leaf(ids, word, count, first_triangle, points, triangles, first_triangle, leaf, leaves_out)
+    measure_leaf(leaves_out, leaf, boxes_out)
 
 
 @wp.kernel
 def refit_nodes(
+    numbers: wp.array[int],
     nodes: wp.array[float],
-    tree_node: wp.array[int],
-    node_counts: wp.array[int],
-    tree_leaf: wp.array[int],
     leaf_boxes: wp.array[Box],
-    node_boxes: wp.array[Box],
     first: int,
+    node_boxes: wp.array[Box],
+    node_costs: wp.array[float],
     nodes_out: wp.array[float],
-    boxes_out: wp.array[Box],
-    costs_out: wp.array[float],
 ):
-    """Write the nodes of tree ``first`` + thread anew, its box, and the half area of its nodes and leaves.
+    """Write the nodes of one level anew, their boxes, and the half area of all nodes and leaves below each.
 
-    Nodes have higher numbers than their parents.
+    Those of the level below are done. A number of -1 stands for a tree that is one leaf.
     """
-    tree = first + wp.tid()
+    node = numbers[first + wp.tid()]
+    if node < 0:
+        return
+    word = node * NODE_FLOATS
+    box = Box()
+    box.low = wp.vec3(wp.inf)
+    box.high = wp.vec3(-wp.inf)
     cost = float(0.0)
-    root = Box()
-    root.low = leaf_boxes[tree_leaf[tree]].low
-    root.high = leaf_boxes[tree_leaf[tree]].high
-    for step in range(node_counts[tree]):
-        node = tree_node[tree] + node_counts[tree] - 1 - step
-        word = node * NODE_FLOATS
-        root.low = wp.vec3(wp.inf)
-        root.high = wp.vec3(-wp.inf)
-        for lane in range(WIDTH):
-            child = Box()
-            child.low = wp.vec3(wp.inf)
-            child.high = wp.vec3(-wp.inf)
-            code = wp.cast(nodes[word + NODE_CHILDREN + lane], wp.int32)
-            if nodes[word + lane] < wp.inf:
-                if code >= 0:
-                    child = node_boxes[code]
-                else:
-                    child = leaf_boxes[-1 - code]
-                    cost += box_half_area(child.low, child.high)
-                root.low = wp.min(root.low, child.low)
-                root.high = wp.max(root.high, child.high)
-                padding = box_padding(child.low, child.high)
-                child.low = child.low - wp.vec3(padding)
-                child.high = child.high + wp.vec3(padding)
-            for axis in range(3):
-                nodes_out[word + WIDTH * axis + lane] = child.low[axis]
-                nodes_out[word + WIDTH * (3 + axis) + lane] = child.high[axis]
-            nodes_out[word + NODE_CHILDREN + lane] = nodes[word + NODE_CHILDREN + lane]
-        node_boxes[node] = root
-        cost += box_half_area(root.low, root.high)
-    if node_counts[tree] == 0:
-        cost = box_half_area(root.low, root.high)
-    boxes_out[tree] = root
-    costs_out[tree] = cost
-
-
-@wp.kernel
-def order_nodes(first: int, nodes: wp.array[float]):
-    """Write the orders of the lanes of node ``first`` + thread."""
+    for lane in range(WIDTH):
+        child = Box()
+        child.low = wp.vec3(wp.inf)
+        child.high = wp.vec3(-wp.inf)
+        code = wp.cast(nodes[word + NODE_CHILDREN + lane], wp.int32)
+        if nodes[word + lane] < wp.inf:
+            if code >= 0:
+                child = node_boxes[code]
+                cost += node_costs[code]
+            else:
+                child = leaf_boxes[-1 - code]
+                cost += box_half_area(child.low, child.high)
+            box.low = wp.min(box.low, child.low)
+            box.high = wp.max(box.high, child.high)
+            padding = box_padding(child.low, child.high)
+            child.low = child.low - wp.vec3(padding)
+            child.high = child.high + wp.vec3(padding)
+        for axis in range(3):
+            nodes_out[word + WIDTH * axis + lane] = child.low[axis]
+            nodes_out[word + WIDTH * (3 + axis) + lane] = child.high[axis]
+        nodes_out[word + NODE_CHILDREN + lane] = nodes[word + NODE_CHILDREN + lane]
+    node_boxes[node] = box
+    node_costs[node] = cost + box_half_area(box.low, box.high)
     keys = wp.zeros(shape=(WIDTH,), dtype=float)
     lanes = wp.zeros(shape=(WIDTH,), dtype=int)
     for octant in range(8):
-        order_lanes(nodes, (first + wp.tid()) * NODE_FLOATS, octant, keys, lanes)
+        order_lanes(nodes_out, word, octant, keys, lanes)
+
+
+@wp.kernel
+def summarize_roots(
+    roots: wp.array[int],
+    node_boxes: wp.array[Box],
+    node_costs: wp.array[float],
+    leaf_boxes: wp.array[Box],
+    first: int,
+    boxes_out: wp.array[Box],
+    costs_out: wp.array[float],
+):
+    """Write the boxes of trees and their costs, given the child codes of their roots."""
+    tree = first + wp.tid()
+    root = roots[tree]
+    if root >= 0:
+        boxes_out[tree] = node_boxes[root]
+        costs_out[tree] = node_costs[root]
+    else:
+        boxes_out[tree] = leaf_boxes[-1 - root]
+        costs_out[tree] = box_half_area(leaf_boxes[-1 - root].low, leaf_boxes[-1 - root].high)

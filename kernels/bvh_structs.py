@@ -174,18 +174,11 @@ class BinaryTrees:
 
 
 @wp.struct
-class TreeSummary:
-    """What collapsing found out about one tree, or a part of one."""
+class Box:
+    """An axis-aligned box."""
 
-    node_count: int
-    """Wide nodes; 0 where the whole tree is one leaf."""
-    leaf_count: int
-    depth: int
-    """Levels of wide nodes."""
-    stack_size: int
-    """Entries that a traversal can leave on its stack at once, whatever the ray."""
-    cut_count: int
-    """Wide nodes right below a part that has others below it."""
+    low: wp.vec3
+    high: wp.vec3
 
 
 @wp.func

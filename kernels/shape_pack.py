@@ -16,25 +16,18 @@ def pack_shapes(
     lanes: wp.array2d[float],
     ids: wp.array[int],
     leaf_slots: wp.array[int],
-    tree_leaf: wp.array[int],
-    chunk_tree: wp.array[int],
-    chunk_first: wp.array[int],
-    chunk_count: wp.array[int],
     first: int,
     shapes_out: wp.array[float],
 ):
-    """Write one chunk of a tree's leaf packets: of each reference's row of ``lanes`` the nine words, and its id."""
-    chunk = first + wp.tid()
-    tree = chunk_tree[chunk]
-    begin = tree_leaf[tree] + chunk_first[chunk]
-    for leaf in range(begin, begin + chunk_count[chunk]):
-        node = trees.nodes[leaf_slots[leaf]]
-        for lane in range(SHAPE_LANES):
-            word = leaf * SHAPE_FLOATS + lane * SHAPE_WORDS
-            index = int(-1)
-            if lane < -node.right:
-                source = trees.ids[node.left + lane]
-                index = ids[source]
-                for k in range(SHAPE_ID):
-                    shapes_out[word + k] = lanes[source, k]
-            shapes_out[word + SHAPE_ID] = wp.cast(index, wp.float32)
+    """Write a leaf packet: of each reference's row of ``lanes`` the nine words, and its id."""
+    leaf = first + wp.tid()
+    node = trees.nodes[leaf_slots[leaf]]
+    for lane in range(SHAPE_LANES):
+        word = leaf * SHAPE_FLOATS + lane * SHAPE_WORDS
+        index = int(-1)
+        if lane < -node.right:
+            source = trees.ids[node.left + lane]
+            index = ids[source]
+            for k in range(SHAPE_ID):
+                shapes_out[word + k] = lanes[source, k]
+        shapes_out[word + SHAPE_ID] = wp.cast(index, wp.float32)

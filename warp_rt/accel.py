@@ -6,23 +6,33 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field, replace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from warp_rt.collapse import Forest, Layout
+from warp_rt.collapse import Layout
 from warp_rt.errors import OptionError, SceneError
-from warp_rt.forest import build_forest, list_leaf_primitives, refer_to_instances
-from warp_rt.jobs import as_warp
-from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, constants, shape_pack
+from warp_rt.forest import build_forest, cost_instances, rank_primitives, refer_to_instances
+from warp_rt.jobs import Executor
+from warp_rt.kernels import (
+    bvh_build,
+    bvh_clusters,
+    bvh_collapse,
+    bvh_instances,
+    bvh_references,
+    bvh_refit,
+    constants,
+    shape_pack,
+)
 from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
 from warp_rt.mesh_trees import MeshTrees, build_mesh_trees, has_same_triangles, refit_mesh_trees
 from warp_rt.options import BUILDERS, INTERSECTORS, check_threads
 from warp_rt.placement import Placement, blocks, place_scene
 from warp_rt.scene import Mesh, Scene, Shapes, primitive_count
 from warp_rt.shape_trees import build_shape_trees
-from warp_rt.warp_setup import init_warp, load_module, resolve_device
+from warp_rt.warp_setup import load_module, resolve_device
 from warp_rt.workers import Workers
 
 _INTERSECTORS = {
@@ -90,7 +100,7 @@ def build_accel(
 ) -> Accel:
     """Return the bounding volume hierarchy of a scene.
 
-    It is built on the CPU, whatever the device, by the same kernels, and then uploaded.
+    Trees are built on the CPU, whatever the device, by the same kernels, and then uploaded.
 
     Args:
         scene: What to build it over.
@@ -107,14 +117,13 @@ def build_accel(
     for name, value, choices in (("bvh", bvh, BUILDERS), ("intersector", intersector, INTERSECTORS)):
         if value not in choices:
             raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}")
-    workers = _prepare(threads)
-    device = resolve_device(device)
+    executor = _prepare(device, threads)
     placement = place_scene(scene)
     if not _has_primitives(scene):
-        return _upload_bvh(_empty(bvh), scene, placement, device, intersector)
+        return _empty(scene, placement, executor, bvh, intersector)
     has_triangles = any(isinstance(mesh, Mesh) and len(mesh.triangles) for mesh in scene.meshes)
-    trees = build_mesh_trees(scene, placement, bvh, workers) if has_triangles else None
-    return _upload_bvh(_place(trees, scene, placement, bvh, workers), scene, placement, device, intersector)
+    trees = build_mesh_trees(scene, placement, bvh, _builder_of(bvh, executor)) if has_triangles else None
+    return _place(trees, scene, placement, executor, bvh, intersector)
 
 
 def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Accel:
@@ -137,16 +146,14 @@ def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Ac
     """
     if not has_same_triangles(accel.scene, scene):
         raise SceneError("a hierarchy can be refitted to a scene with the same triangles only")
-    workers = _prepare(threads)
     builder, intersector = accel.statistics.builder, _NAMES[accel.data.intersector]
     if accel.layout is None or not _has_primitives(scene):
         return build_accel(scene, device=accel.device, bvh=builder, intersector=intersector, threads=threads)
+    executor = _prepare(accel.device, threads)
     placement = place_scene(scene)
-    nodes, leaves = accel.data.nodes.numpy(), accel.data.leaves.numpy()
-    trees = refit_mesh_trees(accel.layout, nodes, leaves, scene, placement, workers)
-    host = _place(trees, scene, placement, builder, workers)
-    host = replace(host, statistics=replace(host.statistics, built_cost=accel.statistics.built_cost))
-    return _upload_bvh(host, scene, placement, accel.device, intersector)
+    trees = refit_mesh_trees(accel.layout, accel.data.nodes, accel.data.leaves, scene, placement, executor)
+    refitted = _place(trees, scene, placement, executor, builder, intersector)
+    return replace(refitted, statistics=replace(refitted.statistics, built_cost=accel.statistics.built_cost))
 
 
 def _has_primitives(scene: Scene) -> bool:
@@ -155,30 +162,25 @@ def _has_primitives(scene: Scene) -> bool:
     return bool((counts[scene.instances.mesh] > 0).any())
 
 
-def _prepare(threads: int | None) -> Workers:
-    """Return the threads to build with, whose kernels are loaded."""
+def build_modules(device: str) -> list[tuple[ModuleType, str]]:
+    """Return the kernel files that building or refitting a hierarchy for a device needs, and on which device each."""
+    everywhere = (bvh_references, bvh_collapse, bvh_instances, bvh_refit, shape_pack)
+    on_cpu = [(module, "cpu") for module in (bvh_build, bvh_clusters, *everywhere)]
+    return on_cpu if device == "cpu" else on_cpu + [(module, device) for module in everywhere]
+
+
+def _prepare(device: str, threads: int | None) -> Executor:
+    """Return what a hierarchy for a device is put together by, the kernels for it being loaded."""
     check_threads(threads)
-    init_warp()
-    for module in (bvh_build, bvh_clusters, bvh_collapse, bvh_instances, bvh_refit, shape_pack):
-        load_module(module, "cpu")
-    return Workers(threads)
+    device = resolve_device(device)
+    for module, name in build_modules(device):
+        load_module(module, name)
+    return Executor(device, Workers(threads))
 
 
-def _upload_bvh(host: _HostBvh, scene: Scene, placement: Placement, device: str, intersector: str) -> Accel:
-    """Return a hierarchy on its device."""
-    data = AccelData()
-    data.nodes = _upload(host.nodes, wp.float32, device)
-    data.leaves = _upload(host.leaves, wp.float32, device)
-    data.shapes = _upload(host.shapes, wp.float32, device)
-    data.instances = _upload(host.instances, InstanceRecord, device)
-    data.root = host.root
-    data.only_instance = -1
-    if len(host.instances) == 1 and host.instances["is_identity"][0]:
-        data.root = int(host.instances["root"][0])
-        data.only_instance = 0
-    data.intersector = _INTERSECTORS[intersector]
-    table: wp.array = wp.array([data], dtype=AccelData, device=device)
-    return Accel(scene, placement, data, table, device, host.stack_size, host.statistics, host.layout)
+def _builder_of(builder: str, executor: Executor) -> Executor:
+    """Return what runs a builder for a hierarchy on an executor's device."""
+    return Executor("cpu", executor.workers)
 
 
 def make_stacks(accel: Accel, rows: int = 1) -> Stacks:
@@ -202,161 +204,205 @@ def make_stacks(accel: Accel, rows: int = 1) -> Stacks:
 
 
 @dataclass(frozen=True)
-class _HostBvh:
-    """The hierarchy in the host's memory."""
-
-    nodes: np.ndarray
-    leaves: np.ndarray
-    shapes: np.ndarray
-    instances: np.ndarray
-    root: int
-    stack_size: int
-    statistics: BvhStatistics
-    layout: Layout | None
-
-
-@dataclass(frozen=True)
 class _Trees:
-    """The lower level: trees over triangles, then those over shapes, one a row of the scene's meshes not empty."""
+    """The lower level: trees over triangles, then those over shapes, one a row of the scene's meshes not empty.
+
+    Warp arrays are on the hierarchy's device.
+    """
 
     meshes: np.ndarray
     """int, shape [tree_count], row of ``Scene.meshes``."""
     kinds: np.ndarray
     """int16, shape [tree_count], TRIANGLES or a ``ShapeKind``."""
-    boxes: np.ndarray
-    """float32, shape [tree_count, 2, 3], local space."""
+    boxes: wp.array
+    """``Box``, shape [tree_count], local space."""
     roots: np.ndarray
     """int32, shape [tree_count], child codes."""
     depths: np.ndarray
     """int32, shape [tree_count], levels of wide nodes."""
     stack_sizes: np.ndarray
     """int32, shape [tree_count], entries that a traversal can leave on its stack at once, whatever the ray."""
-    costs: np.ndarray
+    costs: wp.array
     """float32, shape [tree_count], half area of all nodes and leaves."""
-    nodes: np.ndarray
+    nodes: wp.array
     """float32: wide nodes."""
     leaf_count: int
-    leaves: np.ndarray
+    leaves: wp.array
     """float32: packets of triangles."""
-    shapes: np.ndarray
+    shapes: wp.array
     """float32: packets of shapes, then pieces of cubic tubes."""
+    layout: Layout | None
+    """Of the trees over triangles."""
 
 
-def _with_shapes(trees: MeshTrees | None, scene: Scene, placement: Placement, builder: str, workers: Workers) -> _Trees:
+def _with_shapes(
+    trees: MeshTrees | None, scene: Scene, placement: Placement, executor: Executor, builder: str
+) -> _Trees:
     """Return the lower level: trees over meshes (None: there are none) and new ones over shapes."""
     rows = np.array([k for k, one in enumerate(scene.meshes) if isinstance(one, Shapes) and len(one.points)], int)
     sets = [one for one in (scene.meshes[row] for row in rows) if isinstance(one, Shapes)]
-    of_shapes = None
-    if sets:
-        node_offset = 0 if trees is None else len(trees.nodes) // constants.NODE_FLOATS
-        of_shapes = build_shape_trees(
-            sets, placement.mesh_origins[rows], builder=builder, workers=workers, node_offset=node_offset
-        )
-    nothing = np.zeros(0, np.float32)
-    parts: list[tuple[Any, Layout, np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
+    nothing = executor.empty(0, wp.float32)
+    layouts, meshes, kinds = [], [], []
+    boxes, costs, nodes = [], [], []
+    leaves = shapes = nothing
     if trees is not None:
-        no_kinds = np.zeros(len(trees.meshes), np.int16)
-        parts.append((trees.meshes, trees.layout, no_kinds, trees.boxes, trees.costs, trees.nodes))
-    if of_shapes is not None:
-        forest, kinds = of_shapes.forest, np.array([one.kind for one in sets], np.int16)
-        parts.append((rows, forest.layout, kinds, of_shapes.boxes, forest.costs, forest.nodes))
-    meshes, layouts, all_kinds, boxes, costs, nodes = zip(*parts, strict=True)
+        meshes.append(trees.meshes)
+        kinds.append(np.zeros(len(trees.meshes), np.int16))
+        layouts.append(trees.layout)
+        boxes.append(trees.boxes)
+        costs.append(trees.costs)
+        nodes.append(trees.nodes)
+        leaves = trees.leaves
+    if sets:
+        of_shapes = build_shape_trees(
+            sets,
+            placement.mesh_origins[rows],
+            builder=builder,
+            executor=_builder_of(builder, executor),
+            node_offset=sum(part.shape[0] for part in nodes) // constants.NODE_FLOATS,
+        )
+        meshes.append(rows)
+        kinds.append(np.array([one.kind for one in sets], np.int16))
+        layouts.append(of_shapes.forest.layout)
+        boxes.append(of_shapes.forest.boxes)
+        costs.append(of_shapes.forest.costs)
+        nodes.append(of_shapes.forest.nodes)
+        shapes = of_shapes.packets
     return _Trees(
         meshes=np.concatenate(meshes),
-        kinds=np.concatenate(all_kinds),
-        boxes=np.concatenate(boxes),
+        kinds=np.concatenate(kinds),
+        boxes=_join(boxes, executor),
         roots=np.concatenate([layout.roots for layout in layouts]),
         depths=np.concatenate([layout.depths for layout in layouts]),
         stack_sizes=np.concatenate([layout.stack_sizes for layout in layouts]),
-        costs=np.concatenate(costs),
-        nodes=nodes[0] if len(nodes) == 1 else np.concatenate(nodes),
+        costs=_join(costs, executor),
+        nodes=_join(nodes, executor),
         leaf_count=sum(layout.leaf_count for layout in layouts),
-        leaves=nothing if trees is None else trees.leaves,
-        shapes=nothing if of_shapes is None else of_shapes.packets,
+        leaves=executor.adopt(leaves),
+        shapes=executor.adopt(shapes),
+        layout=None if trees is None else trees.layout.move(executor),
     )
 
 
+def _join(arrays: list[wp.array], executor: Executor) -> wp.array:
+    """Return arrays behind each other on an executor's device."""
+    return executor.concatenate([executor.adopt(array) for array in arrays])
+
+
 def _place(
-    mesh_trees: MeshTrees | None, scene: Scene, placement: Placement, builder: str, workers: Workers
-) -> _HostBvh:
+    mesh_trees: MeshTrees | None,
+    scene: Scene,
+    placement: Placement,
+    executor: Executor,
+    builder: str,
+    intersector: str,
+) -> Accel:
     """Return both levels: the trees over meshes and shapes, and one over the instances; at least one is placed."""
-    trees = _with_shapes(mesh_trees, scene, placement, builder, workers)
+    trees = _with_shapes(mesh_trees, scene, placement, executor, builder)
     tree_of_mesh = np.full(len(scene.meshes), -1, np.int32)
     tree_of_mesh[trees.meshes] = np.arange(len(trees.meshes))
     tree = tree_of_mesh[scene.instances.mesh]
     placed = np.flatnonzero(tree >= 0).astype(np.int32)
     tree = tree[placed]
-    roots = trees.roots
-    references = refer_to_instances(tree, roots, trees.boxes, trees.nodes, placement, placed, workers)
-    low, high = (references.array.numpy()[name][:, :3].copy() for name in ("low", "high"))
+    device_tree, roots = executor.upload(tree, wp.int32), executor.upload(trees.roots, wp.int32)
+    references = refer_to_instances(device_tree, roots, trees.boxes, trees.nodes, placement, placed, executor)
+    world = references.ranges.numpy()[0]
+    low, high = world["low"][:3].astype(float), world["high"][:3].astype(float)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         raise SceneError("instances: a transform takes geometry beyond the range of float32")
-    top = build_forest(
-        references,
-        leaf_size=1,
-        builder=builder,
-        workers=workers,
-        node_offset=len(trees.nodes) // constants.NODE_FLOATS,
-    )
-    order = list_leaf_primitives(top)
-    instances = np.zeros(len(order), InstanceRecord.numpy_dtype())
-    for rows in blocks(len(order)):
-        _write_transforms(instances[rows], placement.local_from_world(placed[order[rows]]).astype(np.float32))
-    instances["kind"] = trees.kinds[tree[order]]
-    instances["root"] = roots[tree[order]]
-    instances["instance"] = placed[order]
-    instances["mesh"] = trees.meshes[tree[order]]
-    nodes = np.concatenate([trees.nodes, top.nodes]) if len(top.nodes) else trees.nodes
-    cost = _sah_cost(top, trees, low, high, tree)
+    visits = cost_instances(references, device_tree, trees.boxes, trees.costs, executor)
+    node_count = trees.nodes.shape[0] // constants.NODE_FLOATS
+    building = _builder_of(builder, executor)
+    moved = references.move(building)
+    top = build_forest(moved, leaf_size=1, builder=builder, executor=building, node_offset=node_count)
+    nodes = _join([trees.nodes, top.nodes], executor)
+    leaves = executor.adopt(rank_primitives(top, building))
+    instances = _write_instances(leaves, trees, device_tree, roots, placement, placed, executor)
+    area = _half_area(low, high)
+    cost = (float(top.costs.numpy()[0]) + visits) / area if area > 0 else 0.0
     statistics = BvhStatistics(
         builder=builder,
-        nodes=len(nodes) // constants.NODE_FLOATS,
+        nodes=nodes.shape[0] // constants.NODE_FLOATS,
         leaves=trees.leaf_count,
         depth=int(top.layout.depths[0] + trees.depths[tree].max()),
         sah_cost=cost,
         built_cost=cost,
-        bytes=nodes.nbytes + trees.leaves.nbytes + trees.shapes.nbytes + instances.nbytes,
+        bytes=sum(array.size * array.strides[0] for array in (nodes, trees.leaves, trees.shapes, instances)),
     )
+    data = AccelData()
+    data.nodes, data.leaves, data.shapes, data.instances = nodes, trees.leaves, trees.shapes, instances
+    data.root = int(top.layout.roots[0])
+    data.only_instance = -1
+    if len(placed) == 1 and instances.numpy()["is_identity"][0]:
+        data.root = int(trees.roots[tree[0]])
+        data.only_instance = 0
+    data.intersector = _INTERSECTORS[intersector]
     # Besides what the trees leave pending: the child that is visited next, and where an instance is left.
     stack_size = 2 + int(top.layout.stack_sizes[0] + trees.stack_sizes[tree].max())
-    root = int(top.layout.roots[0])
-    layout = None if mesh_trees is None else mesh_trees.layout
-    return _HostBvh(nodes, trees.leaves, trees.shapes, instances, root, stack_size, statistics, layout)
+    return _make_accel(scene, placement, data, executor, stack_size, statistics, trees.layout)
 
 
-def _write_transforms(records: np.ndarray, local_from_world: np.ndarray) -> None:
-    """Write transforms, float32, shape [n, 3, 4], into instance records."""
-    for row, name in enumerate(("row_x", "row_y", "row_z")):
-        records[name] = local_from_world[:, row]
-    records["is_identity"] = (local_from_world == np.eye(4, dtype=np.float32)[:3]).all(axis=(1, 2))
+def _write_instances(
+    leaf_of_instance: wp.array,
+    trees: _Trees,
+    tree: wp.array,
+    roots: wp.array,
+    placement: Placement,
+    placed: np.ndarray,
+    executor: Executor,
+) -> wp.array:
+    """Return the records of the instances in the order of the upper level's leaves."""
+    shared = [
+        leaf_of_instance,
+        executor.upload(placed, wp.int32),
+        tree,
+        roots,
+        executor.upload(trees.kinds, wp.int16),
+        executor.upload(trees.meshes.astype(np.int32), wp.int32),
+    ]
+    records = executor.empty(len(placed), InstanceRecord)
+
+    def write(rows: slice) -> None:
+        transforms = executor.upload(placement.local_from_world(placed[rows]).astype(np.float32), wp.float32)
+        inputs = [transforms, rows.start, *shared, 0]
+        kernel = bvh_instances.write_instances
+        wp.launch(kernel, rows.stop - rows.start, inputs=inputs, outputs=[records], device=executor.device)
+
+    executor.map(write, blocks(len(placed)))
+    return records
 
 
-def _empty(builder: str) -> _HostBvh:
+def _make_accel(
+    scene: Scene,
+    placement: Placement,
+    data: AccelData,
+    executor: Executor,
+    stack_size: int,
+    statistics: BvhStatistics,
+    layout: Layout | None,
+) -> Accel:
+    """Return a hierarchy with its table."""
+    table: wp.array = wp.array([data], dtype=AccelData, device=executor.device)
+    return Accel(scene, placement, data, table, executor.device, stack_size, statistics, layout)
+
+
+def _empty(scene: Scene, placement: Placement, executor: Executor, builder: str, intersector: str) -> Accel:
     """Return the hierarchy of nothing: one node whose lanes are all empty, so that queries need no special case."""
     node = np.zeros(constants.NODE_FLOATS, np.float32)
     node[: 3 * constants.WIDTH] = np.inf
     node[3 * constants.WIDTH : 6 * constants.WIDTH] = -np.inf
-    instances = np.zeros(0, InstanceRecord.numpy_dtype())
+    data = AccelData()
+    data.nodes = executor.upload(node, wp.float32)
+    data.leaves = executor.empty(0, wp.float32)
+    data.shapes = executor.empty(0, wp.float32)
+    data.instances = executor.empty(0, InstanceRecord)
+    data.root = 0
+    data.only_instance = -1
+    data.intersector = _INTERSECTORS[intersector]
     statistics = BvhStatistics(builder, nodes=1, leaves=0, depth=1, sah_cost=0.0, built_cost=0.0, bytes=node.nbytes)
-    nothing = np.zeros(0, np.float32)
-    return _HostBvh(node, nothing, nothing, instances, 0, 2, statistics, None)
+    return _make_accel(scene, placement, data, executor, 2, statistics, None)
 
 
-def _sah_cost(top: Forest, trees: _Trees, low: np.ndarray, high: np.ndarray, tree: np.ndarray) -> float:
-    """Return the expected number of visits: those of the upper level, and a mesh's wherever an instance is entered."""
-    world = _half_area(low.min(axis=0), high.max(axis=0))
-    if not world > 0:
-        return 0.0
-    mesh = _half_area(trees.boxes[:, 0], trees.boxes[:, 1])
-    in_mesh = np.divide(trees.costs, mesh, out=np.zeros(len(mesh)), where=mesh > 0)
-    return float((top.costs[0] + (_half_area(low, high) * in_mesh[tree]).sum()) / world)
-
-
-def _half_area(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    x, y, z = np.moveaxis((high - low).astype(float), -1, 0)
-    return x * y + y * z + z * x
-
-
-def _upload(array: np.ndarray, dtype: Any, device: str) -> wp.array:
-    """Return an array on the device; on the CPU, one over the same memory."""
-    return as_warp(array, dtype) if device == "cpu" else wp.array(array, dtype=dtype, device=device)
+def _half_area(low: np.ndarray, high: np.ndarray) -> float:
+    x, y, z = high - low
+    return float(x * y + y * z + z * x)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from warp_rt.jobs import as_warp, host_array
-from warp_rt.kernels import bvh_build, bvh_clusters
+from warp_rt.jobs import as_warp, host_array, numpy_type
+from warp_rt.kernels import bvh_build, bvh_clusters, bvh_collapse
 from warp_rt.kernels.bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange, Reference
 from warp_rt.kernels.constants import WIDTH
 from warp_rt.workers import Workers
@@ -62,7 +62,7 @@ class BinaryForest:
     ) -> None:
         count = references.shape[0]
         # The slots of leaves' descendants are never touched, so that most of this stays virtual memory.
-        self.nodes = host_array(2 * count, BinaryNode.numpy_dtype())
+        self.nodes = host_array(2 * count, numpy_type(BinaryNode))
         self.trees = BinaryTrees()
         self.trees.nodes = as_warp(self.nodes, BinaryNode)
         self.trees.ids = as_warp(np.empty(count, np.int32), wp.int32)
@@ -70,23 +70,15 @@ class BinaryForest:
         self.trees.shares = as_warp(host_array((2 * count, int(WIDTH)), np.int8), wp.int8)
         self.roots = np.empty(len(ranges), np.int32)
         """Slots of the trees' roots, shape [tree_count]."""
-        self.above: list[int] = []
-        """Slots of the nodes above the subtrees that jobs built, parents before their children."""
-        self.subtrees: list[int] = []
-        """First references of those subtrees, unordered."""
-        self._buffers = references, as_warp(host_array(count, Reference.numpy_dtype()), Reference)
+        # Slots of the nodes above the subtrees that jobs build, parents before their children.
+        self._above: list[int] = []
+        self._buffers = references, as_warp(host_array(count, numpy_type(Reference)), Reference)
         self._codes = codes
         self._leaf_bits = leaf_bits
         self._builder = builder
         self._workers = workers
         self._grain = max(count // 32, _GRAIN)
         self._build(ranges)
-
-    def count_subtrees(self, ranges: np.ndarray) -> np.ndarray:
-        """Return how many of the subtrees that jobs built lie in each range of references."""
-        firsts = np.sort(self.subtrees)
-        ends = ranges["first"] + ranges["count"]
-        return np.searchsorted(firsts, ends) - np.searchsorted(firsts, ranges["first"])
 
     def _build(self, ranges: np.ndarray) -> None:
         counts = ranges["count"]
@@ -107,6 +99,8 @@ class BinaryForest:
         # The biggest first: they have most to be shared out.
         items.sort(key=lambda item: int(item.count.max()), reverse=True)
         self._workers.map(self._run, items, self._make_scratch)
+        above = as_warp(np.array(self._above, np.int32), wp.int32)
+        wp.launch(bvh_collapse.evaluate_above, 1, inputs=[above], outputs=[self.trees], device="cpu")
 
     def _items(self, ranges: _Ranges) -> list[_Ranges]:
         """Return ranges as items of work: big ones alone, small ones in groups."""
@@ -119,7 +113,7 @@ class BinaryForest:
 
     def _make_scratch(self) -> wp.array:
         """Return the memory that one thread moves references through."""
-        return as_warp(host_array(self._grain, Reference.numpy_dtype()), Reference)
+        return as_warp(host_array(self._grain, numpy_type(Reference)), Reference)
 
     def _run(self, item: _Ranges, scratch: wp.array) -> list[_Ranges] | None:
         """Build subtrees, or split one big range in two."""
@@ -137,12 +131,11 @@ class BinaryForest:
         ]
         wp.launch(bvh_build.build_subtrees, len(item.first), inputs=inputs, outputs=[self.trees], device="cpu")
         self._hang(item.parent, 2 * item.first + 1)
-        self.subtrees.extend(item.first.tolist())
         return None
 
     def _split(self, item: _Ranges) -> list[_Ranges]:
         """Split one range by one job and return its halves."""
-        halves = np.empty(2, BuildRange.numpy_dtype())
+        halves = np.empty(2, numpy_type(BuildRange))
         inputs = [
             self._builder,
             self._buffers[item.buffer],
@@ -156,7 +149,7 @@ class BinaryForest:
         wp.launch(bvh_build.split_range_once, 1, inputs=inputs, outputs=outputs, device="cpu")
         slot = 2 * halves["first"][1:]
         self._hang(item.parent, slot)
-        self.above.append(int(slot[0]))
+        self._above.append(int(slot[0]))
         parents = np.array([2 * slot[0], 2 * slot[0] + 1], np.int32)
         both = _Ranges(halves["first"], halves["count"], parents, item.buffer)
         return [both.select(slice(0, 1)), both.select(slice(1, 2))]
@@ -186,7 +179,7 @@ class BinaryForest:
         tables: list[np.ndarray] = []
 
         def make_table() -> wp.array:
-            table = host_array(cell_count, Bin.numpy_dtype())
+            table = host_array(cell_count, numpy_type(Bin))
             tables.append(table)
             wp.launch(bvh_clusters.clear_cells, cell_count, outputs=[as_warp(table, Bin)], device="cpu")
             return as_warp(table, Bin)
@@ -201,7 +194,7 @@ class BinaryForest:
         if len(occupied) == 1:
             return None
         cells = np.stack(tables)
-        clusters, spare = (host_array(len(occupied), Reference.numpy_dtype()) for _ in range(2))
+        clusters, spare = (host_array(len(occupied), numpy_type(Reference)) for _ in range(2))
         wp.launch(
             bvh_clusters.refer_to_cells,
             len(occupied),
@@ -222,12 +215,12 @@ class BinaryForest:
             wp.launch(bvh_clusters.scatter_references, 1, inputs=inputs, outputs=[target], device="cpu")
 
         self._workers.map(scatter, range(_PIECES))
-        self.above.extend(slots.tolist())
+        self._above.extend(slots.tolist())
         return parts
 
     def _measure(self, references: wp.array, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return the range of all references in several pieces: its boxes, shape [1]."""
-        pieces = np.empty(len(starts), BuildRange.numpy_dtype())
+        pieces = np.empty(len(starts), numpy_type(BuildRange))
 
         def run(piece: int, _scratch: None) -> None:
             inputs = [references, int(starts[piece]), int(ends[piece] - starts[piece])]
@@ -235,7 +228,7 @@ class BinaryForest:
             wp.launch(bvh_clusters.measure_references, 1, inputs=inputs, outputs=[output], device="cpu")
 
         self._workers.map(run, range(len(starts)))
-        whole = np.zeros(1, BuildRange.numpy_dtype())
+        whole = np.zeros(1, numpy_type(BuildRange))
         for name, reduce in (("low", np.min), ("high", np.max)):
             whole[name] = reduce(pieces[name], axis=0)
             whole[f"centroid_{name}"] = reduce(pieces[f"centroid_{name}"], axis=0)
@@ -244,7 +237,7 @@ class BinaryForest:
     def _split_clusters(self, clusters: np.ndarray, spare: np.ndarray, work: _Ranges) -> tuple[_Ranges, np.ndarray]:
         """Return the ranges of references below the upper levels, and the slots of those levels' nodes."""
         count = len(clusters)
-        ranges = np.empty(count, BuildRange.numpy_dtype())
+        ranges = np.empty(count, numpy_type(BuildRange))
         slots, found = np.empty(count, np.int32), np.empty(2, np.int32)
         limit = max(_SUBTREE, int(work.count[0]) >> 9)
         inputs = [

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -12,11 +13,11 @@ import warp as wp
 from warp_rt.binary_trees import BinaryForest
 from warp_rt.collapse import Forest, check_words, collapse_forest
 from warp_rt.errors import LimitError
-from warp_rt.jobs import Chunks, as_warp, host_array, launch_jobs, split_chunks
-from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances
+from warp_rt.jobs import Chunks, Executor, as_warp, host_array, launch_jobs, numpy_type, split_chunks
+from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances, bvh_references
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
 from warp_rt.kernels.constants import LEAF_FLOATS, WIDTH
-from warp_rt.placement import Placement
+from warp_rt.placement import Placement, blocks
 from warp_rt.workers import Workers
 
 BUILDERS = {
@@ -29,100 +30,120 @@ BUILDERS = {
 
 @dataclass(frozen=True)
 class References:
-    """Boxes around primitives, grouped by tree."""
+    """Boxes around primitives, grouped by tree, on an executor's device."""
 
     array: wp.array
     """``Reference``, shape [n]."""
-    ranges: np.ndarray
+    ranges: wp.array
     """``BuildRange``, shape [tree_count]: each tree's references and their boxes."""
 
+    def move(self, executor: Executor) -> References:
+        """Return the same references on another executor's device."""
+        return References(executor.adopt(self.array), executor.adopt(self.ranges))
 
-def refer_to_triangles(points: wp.array, triangles: wp.array, counts: np.ndarray, workers: Workers) -> References:
+
+def refer_to_triangles(points: wp.array, triangles: wp.array, counts: np.ndarray, executor: Executor) -> References:
     """Return the references of triangles.
 
     Args:
         points: vec3, shape [n].
         triangles: int32, shape [3 m], rows of ``points``, grouped by tree.
         counts: int32, shape [tree_count], triangles of each tree; none is 0.
-        workers: Threads to use.
+        executor: Where points and triangles are.
     """
-    tree_first = (np.cumsum(counts) - counts).astype(np.int32)
-    chunks = split_chunks(counts)
-    references = as_warp(host_array(int(counts.sum()), Reference.numpy_dtype()), Reference)
-    chunk_ranges = np.empty(len(chunks.tree), BuildRange.numpy_dtype())
-    launch_jobs(
-        workers,
-        bvh_build.refer_to_triangles,
-        chunks.count,
-        [
-            points,
-            triangles,
-            as_warp(tree_first[chunks.tree] + chunks.first, wp.int32),
-            as_warp(chunks.count, wp.int32),
-        ],
-        [references, as_warp(chunk_ranges, BuildRange)],
-    )
-    return References(references, _tree_ranges(chunks, chunk_ranges, tree_first, counts))
+    chunks, inputs = _upload_chunks(counts, executor)
+    references = executor.empty(int(counts.sum()), Reference)
+    ranges = executor.empty(len(chunks.count), BuildRange)
+    kernel = bvh_references.refer_to_triangles
+    executor.launch_uneven(kernel, chunks.count, [points, triangles, *inputs], [references, ranges])
+    return References(references, _merge_ranges(ranges, chunks, len(counts), executor))
 
 
 def refer_to_instances(
-    tree: np.ndarray,
-    roots: np.ndarray,
-    boxes: np.ndarray,
-    nodes: np.ndarray,
+    tree: wp.array,
+    roots: wp.array,
+    boxes: wp.array,
+    nodes: wp.array,
     placement: Placement,
     placed: np.ndarray,
-    workers: Workers,
+    executor: Executor,
 ) -> References:
     """Return the references of one tree over instances: world boxes that contain all that float32 rays can hit.
 
     Args:
         tree: int32, shape [n], n >= 1: tree of each instance's mesh.
         roots: int32, shape [tree_count], child codes of those trees.
-        boxes: float32, shape [tree_count, 2, 3], their local boxes.
+        boxes: ``Box``, shape [tree_count], their local boxes.
         nodes: Their nodes.
         placement: Their transforms.
         placed: int32, shape [n], their rows there.
-        workers: Threads to use.
+        executor: Where the arrays are.
     """
-    count = np.array([len(tree)], np.int32)
-    chunks = split_chunks(count)
-    references = as_warp(host_array(len(tree), Reference.numpy_dtype()), Reference)
-    chunk_ranges = np.empty(len(chunks.tree), BuildRange.numpy_dtype())
-    shared = [
-        as_warp(tree, wp.int32),
-        as_warp(roots, wp.int32),
-        wp.array(np.ascontiguousarray(boxes, np.float32), dtype=wp.vec3, ndim=2, device="cpu", copy=False),
-        as_warp(nodes, wp.float32),
-    ]
+    references = executor.empty(len(placed), Reference)
 
-    def refer(chunk: int, _scratch: None) -> None:
-        first, end = int(chunks.first[chunk]), int(chunks.first[chunk] + chunks.count[chunk])
-        transforms = as_warp(placement.world_from_local(placed[first:end]), wp.float64)
-        inputs = [*shared, transforms, first, end, chunk]
-        outputs = [references, as_warp(chunk_ranges, BuildRange)]
-        wp.launch(bvh_instances.refer_to_instances, 1, inputs=inputs, outputs=outputs, device="cpu")
+    def refer(rows: slice) -> None:
+        transforms = executor.upload(placement.world_from_local(placed[rows]), wp.float64)
+        inputs = [tree, roots, boxes, nodes, transforms, rows.start, 0]
+        kernel = bvh_instances.refer_to_instances
+        wp.launch(kernel, rows.stop - rows.start, inputs=inputs, outputs=[references], device=executor.device)
 
-    workers.map(refer, range(len(chunks.first)))
-    return References(references, _tree_ranges(chunks, chunk_ranges, np.zeros(1, np.int32), count))
+    executor.map(refer, blocks(len(placed)))
+    return measure_references(references, np.array([len(placed)], np.int32), executor)
 
 
-def _tree_ranges(chunks: Chunks, chunk_ranges: np.ndarray, tree_first: np.ndarray, counts: np.ndarray) -> np.ndarray:
+def cost_instances(
+    references: References, tree: wp.array, boxes: wp.array, costs: wp.array, executor: Executor
+) -> float:
+    """Return the half area of all nodes and leaves below instances, each scaled as its tree's box is to its world box.
+
+    Args:
+        references: Of the instances.
+        tree: int32, shape [n], tree of each.
+        boxes: ``Box``, shape [tree_count].
+        costs: float32, shape [tree_count], half areas below the trees.
+        executor: Where the arrays are.
+    """
+    each = executor.empty(tree.shape[0], wp.float64)
+    inputs = [references.array, tree, boxes, costs]
+    executor.launch(bvh_instances.cost_instances, tree.shape[0], inputs, [each])
+    total: Any = wp.utils.array_sum(each)
+    return float(total)
+
+
+def rank_primitives(forest: Forest, executor: Executor) -> wp.array:
+    """Return the leaf of each primitive of a forest of one tree with leaves of one: int32, shape [leaf_count]."""
+    ranks = executor.empty(forest.layout.leaf_count, wp.int32)
+    executor.launch(bvh_collapse.rank_primitives, ranks.shape[0], [forest.trees, forest.leaf_slots], [ranks])
+    return ranks
+
+
+def measure_references(references: wp.array, counts: np.ndarray, executor: Executor) -> References:
+    """Return references with their boxes: ``counts`` says how many each tree has, none of them 0."""
+    chunks, inputs = _upload_chunks(counts, executor)
+    ranges = executor.empty(len(chunks.count), BuildRange)
+    executor.launch_uneven(bvh_references.measure_chunks, chunks.count, [references, *inputs], [ranges])
+    return References(references, _merge_ranges(ranges, chunks, len(counts), executor))
+
+
+def _upload_chunks(counts: np.ndarray, executor: Executor) -> tuple[Chunks, list[wp.array]]:
+    """Return chunks of items that lie tree by tree, and their first items and counts on the device."""
+    chunks = split_chunks(counts, executor.chunk)
+    first = (np.cumsum(counts) - counts)[chunks.tree] + chunks.first
+    return chunks, [executor.upload(first.astype(np.int32), wp.int32), executor.upload(chunks.count, wp.int32)]
+
+
+def _merge_ranges(ranges: wp.array, chunks: Chunks, tree_count: int, executor: Executor) -> wp.array:
     """Return the range of each whole tree from those of its chunks."""
-    starts = np.flatnonzero(chunks.first == 0)
-    ranges = np.empty(len(counts), BuildRange.numpy_dtype())
-    for name in ("low", "centroid_low"):
-        ranges[name] = np.minimum.reduceat(chunk_ranges[name], starts, axis=0)
-    for name in ("high", "centroid_high"):
-        ranges[name] = np.maximum.reduceat(chunk_ranges[name], starts, axis=0)
-    ranges["first"] = tree_first
-    ranges["count"] = counts
-    ranges["node"] = 2 * tree_first
+    while ranges.shape[0] > tree_count:
+        chunks, inputs = _upload_chunks(np.bincount(chunks.tree).astype(np.int32), executor)
+        merged = executor.empty(len(chunks.count), BuildRange)
+        executor.launch(bvh_references.merge_ranges, len(chunks.count), [ranges, *inputs], [merged])
+        ranges = merged
     return ranges
 
 
 def build_forest(
-    references: References, *, leaf_size: int, builder: str, workers: Workers, node_offset: int = 0
+    references: References, *, leaf_size: int, builder: str, executor: Executor, node_offset: int = 0
 ) -> Forest:
     """Return wide trees over references.
 
@@ -130,14 +151,14 @@ def build_forest(
         references: What to build over; at least one in each tree.
         leaf_size: References that a leaf holds at most, a power of two.
         builder: One of ``BUILDERS``.
-        workers: Threads to use; their number does not change the result.
+        executor: Where to build; what it has to do with does not change the result.
         node_offset: Number of the forest's first node, where others come before it in memory.
 
     Raises:
         LimitError: The arrays would have more elements than 32-bit indices reach.
     """
-    binary = build_binary_forest(references, leaf_size=leaf_size, builder=builder, workers=workers)
-    return collapse_forest(binary, references.ranges, node_offset, workers)
+    binary = build_binary_forest(references, leaf_size=leaf_size, builder=builder, workers=executor.workers)
+    return collapse_forest(binary.trees, as_warp(binary.roots, wp.int32), node_offset, executor)
 
 
 def build_binary_forest(references: References, *, leaf_size: int, builder: str, workers: Workers) -> BinaryForest:
@@ -149,12 +170,12 @@ def build_binary_forest(references: References, *, leaf_size: int, builder: str,
     if builder == "lbvh":
         references, codes = _sort_by_morton_code(references, workers)
     leaf_bits = leaf_size.bit_length() - 1
-    return BinaryForest(references.array, codes, references.ranges, leaf_bits, BUILDERS[builder], workers)
+    return BinaryForest(references.array, codes, references.ranges.numpy(), leaf_bits, BUILDERS[builder], workers)
 
 
 def _sort_by_morton_code(references: References, workers: Workers) -> tuple[References, wp.array]:
     """Return the references in the order of their Morton codes within each tree, and the codes."""
-    ranges = references.ranges
+    ranges = references.ranges.numpy()
     count = references.array.shape[0]
     chunks = split_chunks(ranges["count"])
     # A radix sort wants room for twice the keys.
@@ -182,54 +203,29 @@ def _sort_by_morton_code(references: References, workers: Workers) -> tuple[Refe
         tree = np.repeat(np.arange(len(ranges)), ranges["count"])
         rows[:count] = np.lexsort((sorted_codes[:count], tree))
         sorted_codes[:count] = sorted_codes[rows[:count]]
-    gathered = as_warp(host_array(count, Reference.numpy_dtype()), Reference)
+    gathered = as_warp(host_array(count, numpy_type(Reference)), Reference)
     wp.launch(bvh_build.gather_references, count, inputs=[references.array, order], outputs=[gathered], device="cpu")
-    return References(gathered, ranges), codes
+    return References(gathered, references.ranges), codes
 
 
-def pack_triangles(forest: Forest, points: wp.array, triangles: wp.array, workers: Workers) -> np.ndarray:
+def pack_triangles(
+    forest: Forest, points: wp.array, triangles: wp.array, tree_first: wp.array, executor: Executor
+) -> wp.array:
     """Return the leaf packets of trees over triangles: float32, shape [leaf_count * LEAF_FLOATS].
 
     Args:
         forest: From the references of ``triangles``.
         points: vec3, shape [n].
         triangles: int32, shape [3 m].
-        workers: Threads to use.
+        tree_first: int32, shape [tree_count], first triangle of each tree.
+        executor: Where all these are.
 
     Raises:
         LimitError: There are more packets than 32-bit indices reach.
     """
-    check_words("leaf packets", forest.layout.leaf_count, LEAF_FLOATS)
-    leaves = host_array(forest.layout.leaf_count * LEAF_FLOATS, np.float32)
-    chunks = split_chunks(forest.layout.leaf_counts)
-    launch_jobs(
-        workers,
-        bvh_collapse.pack_triangles,
-        chunks.count,
-        [
-            forest.trees,
-            points,
-            triangles,
-            forest.leaf_slots,
-            as_warp(forest.tree_first, wp.int32),
-            as_warp(forest.layout.tree_leaf, wp.int32),
-            as_warp(chunks.tree, wp.int32),
-            as_warp(chunks.first, wp.int32),
-            as_warp(chunks.count, wp.int32),
-        ],
-        [as_warp(leaves, wp.float32)],
-    )
+    count = forest.layout.leaf_count
+    check_words("leaf packets", count, LEAF_FLOATS)
+    leaves = executor.empty(count * LEAF_FLOATS, wp.float32)
+    inputs = [forest.trees, points, triangles, forest.leaf_slots, forest.layout.leaf_trees, tree_first]
+    executor.launch(bvh_collapse.pack_triangles, count, inputs, [leaves], weight=int(WIDTH))
     return leaves
-
-
-def list_leaf_primitives(forest: Forest) -> np.ndarray:
-    """Return the primitive of each leaf of a forest of one tree with leaves of one: int32, shape [leaf_count]."""
-    ids = np.empty(forest.layout.leaf_count, np.int32)
-    wp.launch(
-        bvh_collapse.list_leaf_primitives,
-        len(ids),
-        inputs=[forest.trees, forest.leaf_slots],
-        outputs=[as_warp(ids, wp.int32)],
-        device="cpu",
-    )
-    return ids

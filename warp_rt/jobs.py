@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,8 @@ import warp as wp
 from warp_rt.workers import Workers
 
 _CHUNK = 4096  # items that one job works on
+_GPU_CHUNK = 32  # the same on a GPU, which wants tens of thousands of jobs
+_SMALL = 4096  # elements of an array that Warp's allocator makes sooner than NumPy's
 _ALIGNMENT = 64  # bytes: a cache line
 
 
@@ -29,9 +33,16 @@ class Chunks:
     """int32, shape [n]."""
 
 
+@cache
+def numpy_type(dtype: Any) -> np.dtype:
+    """Return the NumPy type of a Warp type, a scalar's or a struct's; kept, for making a struct's takes 40 us."""
+    return np.dtype(dtype.numpy_dtype() if hasattr(dtype, "numpy_dtype") else wp.dtype_to_numpy(dtype))
+
+
 def host_array(shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
     """Return new memory that begins at a cache line; its content is undefined."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    count = math.prod(shape) if isinstance(shape, tuple) else shape
+    size = count * np.dtype(dtype).itemsize
     memory = np.empty(size + _ALIGNMENT, np.uint8)
     start = -memory.ctypes.data % _ALIGNMENT
     return memory[start : start + size].view(dtype).reshape(shape)
@@ -42,13 +53,99 @@ def as_warp(array: np.ndarray, dtype: Any) -> wp.array:
     return wp.array(array, dtype=dtype, device="cpu", copy=False)
 
 
-def split_chunks(counts: np.ndarray) -> Chunks:
-    """Return the chunks of trees that have ``counts`` items each."""
-    pieces = -(-counts // _CHUNK)
+def split_chunks(counts: np.ndarray, size: int = _CHUNK) -> Chunks:
+    """Return the chunks, of at most ``size`` items, of trees that have ``counts`` items each."""
+    pieces = -(-counts // size)
     tree = np.repeat(np.arange(len(counts)), pieces)
-    first = (np.arange(len(tree)) - np.repeat(np.cumsum(pieces) - pieces, pieces)) * _CHUNK
-    count = np.minimum(counts[tree] - first, _CHUNK)
+    first = (np.arange(len(tree)) - np.repeat(np.cumsum(pieces) - pieces, pieces)) * size
+    count = np.minimum(counts[tree] - first, size)
     return Chunks(tree.astype(np.int32), first.astype(np.int32), count.astype(np.int32))
+
+
+class Executor:
+    """Launches data-parallel kernels on the device that a hierarchy is built on; on the CPU by several threads."""
+
+    def __init__(self, device: str, workers: Workers) -> None:
+        """Args: device: ``cpu`` or ``cuda:N``. workers: Threads of the CPU; a GPU's work is started by the caller's."""
+        self.device = device
+        self.workers = workers
+
+    @property
+    def chunk(self) -> int:
+        """Items of which one thread of a kernel takes care where it takes care of several: few for a GPU's many."""
+        return _CHUNK if self.device == "cpu" else _GPU_CHUNK
+
+    def launch(
+        self, kernel: wp.Kernel, count: int, inputs: Sequence[Any], outputs: Sequence[Any] = (), *, weight: int = 1
+    ) -> None:
+        """Launch ``count`` threads of a kernel, none of which reads what another one writes.
+
+        Args:
+            kernel: Its argument after ``inputs`` is the number of the first thread.
+            count: Threads.
+            inputs: Arguments before that number.
+            outputs: Arguments after it.
+            weight: How much a thread does, beside one that does next to nothing.
+        """
+        if self.device == "cpu":
+            workers = self.workers.count
+            jobs = min(8 * workers, count * weight // 1024) if workers > 1 else 1
+            bounds = count * np.arange(jobs + 1) // jobs if jobs > 1 else np.array([0, count])
+            _launch_spans(self.workers, kernel, bounds[:-1], bounds[1:], inputs, outputs)
+        elif count:
+            wp.launch(kernel, count, inputs=[*inputs, 0], outputs=list(outputs), device=self.device)
+
+    def launch_uneven(
+        self, kernel: wp.Kernel, weights: np.ndarray, inputs: Sequence[Any], outputs: Sequence[Any]
+    ) -> None:
+        """Launch a thread of a kernel for each of ``weights``, which say how much it does; else as ``launch``."""
+        if self.device == "cpu":
+            launch_jobs(self.workers, kernel, weights, inputs, outputs)
+        else:
+            self.launch(kernel, len(weights), inputs, outputs)
+
+    def map(self, job: Callable[[Any], None], items: Iterable[Any]) -> None:
+        """Call ``job(item)``, which launches something on the device, for each item; on the CPU in several threads."""
+        workers = self.workers if self.device == "cpu" else Workers(1)
+        workers.map(lambda item, _scratch: job(item), items)
+
+    def upload(self, array: np.ndarray, dtype: Any) -> wp.array:
+        """Return an array on the device; on the CPU one over the same memory."""
+        array = np.ascontiguousarray(array)
+        return as_warp(array, dtype) if self.device == "cpu" else wp.array(array, dtype=dtype, device=self.device)
+
+    def empty(self, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
+        """Return a new array on the device; its content is undefined."""
+        size = math.prod(shape) if isinstance(shape, tuple) else shape
+        if self.device != "cpu" or size < _SMALL:
+            return wp.empty(shape, dtype=dtype, device=self.device)
+        # Warp's own memory comes in pages of 4 KB that fault one by one.
+        return as_warp(host_array(shape, numpy_type(dtype)), dtype)
+
+    def adopt(self, array: wp.array) -> wp.array:
+        """Return an array with the same content on this executor's device: itself if it is there already."""
+        return array if str(array.device) == self.device else array.to(self.device)
+
+    def concatenate(self, arrays: Sequence[wp.array]) -> wp.array:
+        """Return arrays of one type behind each other; the array itself where there is only one with any element."""
+        filled = [array for array in arrays if array.shape[0]] or list(arrays[:1])
+        if len(filled) == 1:
+            return filled[0]
+        joined = self.empty(sum(array.shape[0] for array in filled), filled[0].dtype)
+        offset = 0
+        for array in filled:
+            wp.copy(joined, array, dest_offset=offset)
+            offset += array.shape[0]
+        return joined
+
+    def sum_up(self, counts: wp.array) -> tuple[wp.array, int]:
+        """Return the running sums of counts, int32, shape [n], each with its own count, and the last of them.
+
+        Waits for the device: the last sum is a size that the host has to know.
+        """
+        sums = self.empty(counts.shape[0], wp.int32)
+        wp.utils.array_scan(counts, sums)
+        return sums, int(sums[-1:].numpy()[0]) if self.device != "cpu" else int(sums.numpy()[-1])
 
 
 def launch_jobs(
@@ -63,7 +160,18 @@ def launch_jobs(
     total = np.cumsum(weights)
     jobs = int(min(len(weights), max(1, min(8 * workers.count, total[-1] // 1024)))) if workers.count > 1 else 1
     ends = np.unique(np.searchsorted(total, total[-1] * np.arange(1, jobs + 1) / jobs) + 1).clip(max=len(weights))
-    starts = np.concatenate([[0], ends[:-1]])
+    _launch_spans(workers, kernel, np.concatenate([[0], ends[:-1]]), ends, inputs, outputs)
+
+
+def _launch_spans(
+    workers: Workers,
+    kernel: wp.Kernel,
+    starts: np.ndarray,
+    ends: np.ndarray,
+    inputs: Sequence[Any],
+    outputs: Sequence[Any],
+) -> None:
+    """Launch a kernel over spans of threads, a job each."""
 
     def run(job: tuple[int, int], _scratch: None) -> None:
         start, end = job

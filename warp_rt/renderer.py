@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.accel import Accel, build_accel, make_stacks, refit_accel
+from warp_rt.accel import Accel, build_accel, build_modules, make_stacks, refit_accel
 from warp_rt.compile import load_kernels
 from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
@@ -93,9 +93,8 @@ class Renderer:
         """Notes on the latest render: defaults that stepped in."""
 
         with self._clock("compile"):
-            # Trees are built on the CPU for every device.
-            for module in ("bvh_build", "bvh_clusters", "bvh_collapse", "bvh_instances", "bvh_refit"):
-                load_kernels(module, device="cpu", on_compile=on_compile)
+            for module, name in build_modules(self.device):
+                load_kernels(module.__name__.rpartition(".")[2], device=name, on_compile=on_compile)
             self._kernel = self._load_render_kernel(on_compile)
         with self._clock("build"):
             self.accel: Accel = self._refit(previous) or build_accel(

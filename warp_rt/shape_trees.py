@@ -11,14 +11,13 @@ import numpy as np
 import warp as wp
 
 from warp_rt.collapse import Forest, check_words
-from warp_rt.forest import References, build_forest
-from warp_rt.jobs import as_warp, host_array, launch_jobs, split_chunks
+from warp_rt.forest import build_forest, measure_references
+from warp_rt.jobs import Executor, host_array, numpy_type
 from warp_rt.kernels import shape_pack
-from warp_rt.kernels.bvh_structs import BuildRange, Reference
+from warp_rt.kernels.bvh_structs import Reference
 from warp_rt.kernels.constants import SHAPE_FLOATS, SHAPE_LANES, TUBE_WORDS
 from warp_rt.placement import relative_points
 from warp_rt.scene import ShapeKind, Shapes, shape_boxes
-from warp_rt.workers import Workers
 
 _MAX_PIECES = 8
 _ROUNDING = 2.0**-22
@@ -30,9 +29,7 @@ class ShapeTrees:
     """A tree for each set of shapes."""
 
     forest: Forest
-    boxes: np.ndarray
-    """float32, shape [tree_count, 2, 3], local space."""
-    packets: np.ndarray
+    packets: wp.array
     """float32: leaf packets, then pieces of cubic tubes."""
 
 
@@ -51,7 +48,7 @@ class _Lanes:
 
 
 def build_shape_trees(
-    sets: Sequence[Shapes], origins: np.ndarray, *, builder: str, workers: Workers, node_offset: int
+    sets: Sequence[Shapes], origins: np.ndarray, *, builder: str, executor: Executor, node_offset: int
 ) -> ShapeTrees:
     """Return trees over sets of shapes, none of them empty.
 
@@ -59,7 +56,7 @@ def build_shape_trees(
         sets: One for each tree.
         origins: Local points that coordinates are relative to, shape [tree_count, 3].
         builder: As for ``build_forest``.
-        workers: Threads to use.
+        executor: Where to build.
         node_offset: Number of the trees' first node.
 
     Raises:
@@ -70,60 +67,34 @@ def build_shape_trees(
         np.concatenate([getattr(part, name) for part in lanes]) for name in ("low", "high", "words", "ids", "pieces")
     )
     counts = np.array([len(part.ids) for part in lanes], np.int32)
-    references = _refer_to_boxes(low, high, counts)
-    boxes = np.stack([references.ranges["low"][:, :3], references.ranges["high"][:, :3]], axis=1)
+    references = measure_references(_refer_to_boxes(low, high, executor), counts, executor)
     forest = build_forest(
-        references, leaf_size=int(SHAPE_LANES), builder=builder, workers=workers, node_offset=node_offset
+        references, leaf_size=int(SHAPE_LANES), builder=builder, executor=executor, node_offset=node_offset
     )
-    check_words("words of shapes", forest.layout.leaf_count * SHAPE_FLOATS + pieces.size, 1)
-    packets = host_array(forest.layout.leaf_count * SHAPE_FLOATS + pieces.size, np.float32)
-    begin = forest.layout.leaf_count * SHAPE_FLOATS
-    packets[begin:] = pieces.reshape(-1)
+    leaf_count = forest.layout.leaf_count
+    begin = leaf_count * SHAPE_FLOATS
+    check_words("words of shapes", begin + pieces.size, 1)
     is_tube = np.repeat([shapes.kind == ShapeKind.CUBIC_TUBE for shapes in sets], counts)
     words[is_tube, 0] = (begin + TUBE_WORDS * np.arange(len(pieces), dtype=np.int32)).astype(np.int32).view(np.float32)
-    chunks = split_chunks(forest.layout.leaf_counts)
-    launch_jobs(
-        workers,
-        shape_pack.pack_shapes,
-        chunks.count,
-        [
-            forest.trees,
-            wp.array(words, dtype=float, ndim=2, device="cpu", copy=False),
-            as_warp(ids, wp.int32),
-            forest.leaf_slots,
-            as_warp(forest.layout.tree_leaf, wp.int32),
-            as_warp(chunks.tree, wp.int32),
-            as_warp(chunks.first, wp.int32),
-            as_warp(chunks.count, wp.int32),
-        ],
-        [as_warp(packets, wp.float32)],
-    )
-    return ShapeTrees(forest, boxes, packets)
+    packets = executor.empty(begin, wp.float32)
+    inputs = [forest.trees, executor.upload(words, wp.float32), executor.upload(ids, wp.int32), forest.leaf_slots]
+    executor.launch(shape_pack.pack_shapes, leaf_count, inputs, [packets], weight=int(SHAPE_LANES))
+    return ShapeTrees(forest, executor.concatenate([packets, executor.upload(pieces.reshape(-1), wp.float32)]))
 
 
-def _refer_to_boxes(low: np.ndarray, high: np.ndarray, counts: np.ndarray) -> References:
+def _refer_to_boxes(low: np.ndarray, high: np.ndarray, executor: Executor) -> wp.array:
     """Return the references of boxes, each to its row.
 
     Args:
-        low: Lower corners, float32, shape [n, 3], grouped by tree.
+        low: Lower corners, float32, shape [n, 3].
         high: Upper corners, float32, shape [n, 3].
-        counts: int32, shape [tree_count], boxes of each tree; none is 0.
+        executor: Where they are wanted.
     """
-    references = host_array(len(low), Reference.numpy_dtype())
+    references = host_array(len(low), numpy_type(Reference))
     references["low"][:, :3], references["high"][:, :3] = low, high
     references["low"][:, 3] = np.arange(len(low), dtype=np.int32).view(np.float32)
     references["high"][:, 3] = np.ones(1, np.int32).view(np.float32)
-    first = (np.cumsum(counts) - counts).astype(np.int32)
-    ranges = np.zeros(len(counts), BuildRange.numpy_dtype())
-    centroids = low + high
-    for name, values in (("low", low), ("centroid_low", centroids)):
-        ranges[name][:, :3] = np.minimum.reduceat(values, first, axis=0)
-    for name, values in (("high", high), ("centroid_high", centroids)):
-        ranges[name][:, :3] = np.maximum.reduceat(values, first, axis=0)
-    ranges["first"] = first
-    ranges["count"] = counts
-    ranges["node"] = 2 * first
-    return References(as_warp(references, Reference), ranges)
+    return executor.upload(references, Reference)
 
 
 def _lanes(shapes: Shapes, origin: np.ndarray) -> _Lanes:

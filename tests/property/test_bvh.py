@@ -11,7 +11,7 @@ import pytest
 
 import warp_rt
 from warp_rt.accel import Accel
-from warp_rt.errors import LimitError
+from warp_rt.errors import LimitError, SceneError
 from warp_rt.forest import check_words
 from warp_rt.kernels.constants import BOX_PADDING
 from warp_rt.options import BUILDERS
@@ -293,3 +293,16 @@ def test_thread_count_does_not_change_a_big_tree(bvh: str) -> None:
     for name in ("nodes", "leaves", "instances"):
         assert getattr(one.data, name).numpy().tobytes() == getattr(three.data, name).numpy().tobytes()
     check(three)
+
+
+def test_transforms_beyond_float32_are_refused() -> None:
+    """One instance is as big as float32 can say; scaled, it no longer is."""
+    matrices = np.tile(np.eye(4), (5000, 1, 1))
+    matrices[:, :3, 3] = np.random.default_rng(0).uniform(-5, 5, (5000, 3))
+    scene = scene_of([cube()], [0] * 5000, matrices)
+    check(warp_rt.build_accel(scene, bvh="lbvh"))
+    for scale in (1e39, -1e39):
+        matrices = matrices.copy()
+        matrices[4321, :3, :3] = scale * np.eye(3)
+        with pytest.raises(SceneError, match="beyond the range of float32"):
+            warp_rt.build_accel(scene_of([cube()], [0] * 5000, matrices))
