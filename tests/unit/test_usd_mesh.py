@@ -175,6 +175,10 @@ def test_a_bilinear_cage_is_its_own_surface_and_stays_flat() -> None:
     assert mesh_of(CUBE + 'uniform token subdivisionScheme = "bilinear"').normals is None
 
 
+def test_empty_normals_are_none() -> None:
+    assert mesh_of(SQUARES + "normal3f[] normals = []\n").normals is None
+
+
 def test_primvar_normals_precede_the_attribute() -> None:
     body = SQUARES + "normal3f[] normals = [(1,0,0), (1,0,0), (1,0,0), (1,0,0), (1,0,0), (1,0,0)]\n"
     mesh = mesh_of(body)
@@ -234,8 +238,11 @@ def test_indexed_face_varying_uv_follows_corners_through_triangulation_and_holes
     np.testing.assert_array_equal(at_corners(mesh, "st"), mesh.points[mesh.triangles][..., :2])
 
 
-@pytest.mark.parametrize("type_name", ["half", "float", "double", "float2", "half3", "double4", "color3f", "vector3d"])
+@pytest.mark.parametrize(
+    "type_name", ["half", "float", "double", "float2", "half3", "double4", "color3f", "vector3d", "Vec2f", "Vec3d"]
+)
 def test_every_float_type_arrives_as_float32_rows(type_name: str) -> None:
+    """Vec2f and the like are the names that files before 2014 have for types."""
     width = int(next((c for c in type_name if c.isdigit()), "1"))
     value = "2" if width == 1 else f"({', '.join(['2'] * width)})"
     mesh = mesh_of(SQUARES + f'{type_name}[] primvars:v = [{value}] (interpolation = "constant")')

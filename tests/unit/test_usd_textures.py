@@ -5,13 +5,14 @@
 import numpy as np
 import pytest
 from PIL import Image as PilImage
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Tiles, Wrap
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.load import load_stage
 from warp_rt.usd.surface_inputs import InputReader
 
 TIME = Usd.TimeCode.Default()
@@ -172,6 +173,93 @@ def test_missing_files_leave_the_fallback():
     )
     assert (texture.image, texture.fallback, images, codes) == (-1, (0, 1, 0, 1), [], ["W201"])
     assert _texture(ST)[3] == ["W201"]
+
+
+@pytest.mark.parametrize(
+    ("file", "code"),
+    [('string inputs:file = "x.png"', "W306"), ("asset inputs:file.connect = </M/R.outputs:result>", "W308")],
+)
+def test_what_names_no_file_is_told_as_what_it_is(file, code):
+    _, texture, _, codes = _texture(f"{file}\n{ST}")
+    assert (texture.image, codes) == (-1, [code])
+
+
+SAMPLED = """
+    def Shader "T" {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file{file}
+        float2 inputs:st.connect = <../R.outputs:result>
+        float3 outputs:rgb
+    }}
+    def Shader "R" {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "st"
+        float2 outputs:result
+    }}
+"""
+ASSET = """#usda 1.0
+(
+    defaultPrim = "A"
+)
+def Sphere "A" (apiSchemas = ["MaterialBindingAPI"]) {{
+    rel material:binding = </A/M>
+    def Material "M" {{
+        asset inputs:file = @here.png@
+        token outputs:surface.connect = <S.outputs:surface>
+        def Shader "S" {{
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor.connect = <../T.outputs:rgb>
+            token outputs:surface
+        }}
+        {texture}
+    }}
+}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "shot", "red"),
+    [
+        (" = @here.png@", "", 1),
+        (" = @./here.png@", "", 1),
+        (" = @here.png@", 'over "T" { asset inputs:file = @here.png@\n}', 2),
+        ('= @`"${NAME}.png"`@', "", 1),
+        (".connect = <../../M.inputs:file>", "", 1),
+        (".connect = <../../M.inputs:file>", "asset inputs:file = @here.png@", 2),
+        (".timeSamples = { 1: @gone.png@, 2: @here.png@ }", "", 1),
+        (" = @t.<UDIM>.png@", "", 3),
+        ('= @`"${TILES}.<UDIM>.png"`@', "", 3),
+        (" = @./t.<UDIM>.png@", "", 3),
+    ],
+)
+@pytest.mark.parametrize("packages", [0, 1, 2])
+def test_relative_paths_start_from_the_layer_that_authors_them(file, shot, red, packages, tmp_path):
+    """A shot refers to an asset in a folder, or in a package, or in a package in a package."""
+    folder = tmp_path / "assets"
+    folder.mkdir()
+    (folder / "asset.usda").write_text(ASSET.format(texture=SAMPLED.format(file=file)))
+    for name, value in (("assets/here.png", 1), ("assets/t.1001.png", 3), ("here.png", 2)):
+        PilImage.new("RGB", (1, 1), (value, 0, 0)).save(tmp_path / name)
+    asset = "assets/asset.usda"
+    for level in range(packages):
+        held = (
+            [folder / "asset.usda", folder / "here.png", folder / "t.1001.png"] if level == 0 else [folder / "0.usdz"]
+        )
+        if level:
+            (folder / "outer.usda").write_text('#usda 1.0\n(defaultPrim = "A")\ndef "A" (references = @0.usdz@) {\n}\n')
+            held.insert(0, folder / "outer.usda")
+        package = Sdf.ZipFileWriter.CreateNew(str(folder / f"{level}.usdz"))
+        for source in held:
+            package.AddFile(str(source), source.name)
+        assert package.Save()
+        asset = f"assets/{level}.usdz"
+    (tmp_path / "shot.usda").write_text(
+        '#usda 1.0\n(\nexpressionVariables = {\nstring NAME = "here"\nstring TILES = "t"\n}\n)\n'
+        f'def "A" (references = @{asset}@) {{\nover "M" {{\n{shot}\n}}\n}}\n'
+    )
+    scene = load_stage(tmp_path / "shot.usda", time=2.0)
+    assert [image.pixels[0, 0, 0] for image in scene.images] == [red]
+    assert {record.code for record in scene.diagnostics} <= {"N901"}
 
 
 def test_unreadable_files_are_named(tmp_path):

@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the walk draws, where, and what prims hand down: stages of a few lines against the rules of UsdGeom."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image as PilImage
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, UsdSemantics
 
 from warp_rt.errors import LimitError
+from warp_rt.image.ids import encode_ids
 from warp_rt.report import Report
 from warp_rt.scene import Scene
 from warp_rt.usd.gprims import GprimReader
@@ -337,6 +339,29 @@ def test_semantic_labels_are_kept_by_prim() -> None:
         """
     )
     assert scene.labels == {"/s": {"category": ("ball", "toy")}}
+
+
+def test_ids_inherit_labels_as_usd_has_it() -> None:
+    stage = stage_of(
+        """
+        def Xform "a" (prepend apiSchemas = ["SemanticsLabelsAPI:class", "SemanticsLabelsAPI:room"]) {
+            token[] semantics:labels:class = ["toy", "thing"]
+            token[] semantics:labels:room = ["nursery"]
+            def Sphere "ball" (prepend apiSchemas = ["SemanticsLabelsAPI:class"]) {
+                token[] semantics:labels:class = ["ball", "toy"]
+            }
+            def Sphere "other" {}
+        }
+        def Sphere "ab" {}
+        """
+    )
+    scene = load_stage(stage)
+    ids = json.loads(encode_ids({"primId": scene.prims}, scene.labels))["primId"]
+    for taxonomy in ("class", "room"):
+        query = UsdSemantics.LabelsQuery(taxonomy, Usd.TimeCode.Default())
+        for entry in ids.values():
+            expected = query.ComputeUniqueInheritedLabels(stage.GetPrimAtPath(entry["path"]))
+            assert set(entry.get("labels", {}).get(taxonomy, [])) == set(expected)
 
 
 # --- what is not drawn yet

@@ -15,7 +15,7 @@ def encode_ids(tables: Mapping[str, Sequence[str]], labels: Mapping[str, Mapping
 
     ``{"none": -1, "primId": {"0": {"path": "/World/Pot", "labels": {"class": ["teapot"]}}}}``: all ids of the
     scene, also those that are not in the picture, so that the tables of several cameras agree. Labels are there
-    for prims that have any.
+    for prims that have any, of their own or from prims above, as UsdSemanticsLabelsQuery inherits them.
 
     Args:
         tables: By AOV (``primId``, ``instanceId``): the path of each id.
@@ -28,7 +28,10 @@ def encode_ids(tables: Mapping[str, Sequence[str]], labels: Mapping[str, Mapping
 
 
 def _entry(path: str, labels: Mapping[str, Mapping[str, tuple[str, ...]]]) -> dict[str, object]:
-    entry: dict[str, object] = {"path": path}
-    if labels.get(path):
-        entry["labels"] = {taxonomy: list(words) for taxonomy, words in labels[path].items()}
-    return entry
+    inherited: dict[str, list[str]] = {}
+    ends = [*(index for index, letter in enumerate(path) if letter in "/["), len(path)] if labels else []
+    for end in ends:
+        for taxonomy, words in labels.get(path[:end], {}).items():
+            known = inherited.setdefault(taxonomy, [])
+            known.extend(word for word in words if word not in known)
+    return {"path": path, "labels": inherited} if inherited else {"path": path}

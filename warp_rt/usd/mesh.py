@@ -307,6 +307,8 @@ def read_normals(schema: UsdGeom.PointBased, layout: Elements, time: Usd.TimeCod
         if values is None:
             report.warn(WRONG_TYPE, path, f"normals left out: type {schema.GetNormalsAttr().GetTypeName()}")
             return None
+        if not len(values):
+            return None
         is_finite = np.isfinite(values).all(axis=1)
         if not is_finite.all():
             report.warn(NOT_FINITE, path, f"{(~is_finite).sum()} normals are not finite: the face's own is taken")

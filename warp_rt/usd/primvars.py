@@ -28,7 +28,8 @@ Values = Mapping[str, np.ndarray]
 # Components that a name promises, where one does.
 WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
 _SAME_FOR_INSTANCES = ("constant", "uniform")
-_NUMBER_TYPE = re.compile(r"(half|float|double|uchar|u?int(64)?|color|texCoord|normal|vector|point)([234][hfd]?)?")
+# By what they hold, for old files have names of their own for types: Vec2f[] is float2[].
+_NUMBER_TYPE = re.compile(r"GfHalf|GfVec[234][hfdi]|float|double|unsigned char|(unsigned )?int|u?int64_t")
 
 
 class Elements(Protocol):
@@ -114,12 +115,12 @@ def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     name = primvar.GetPrimvarName()
     if name in WIDTHS:
         return True
-    scalar_type = str(primvar.GetTypeName().scalarType)
+    type_name = primvar.GetTypeName()
     return (
         primvar.GetElementSize() == 1
         and not name.startswith("skel:")
-        and _NUMBER_TYPE.fullmatch(scalar_type) is not None
-        and (primvar.GetTypeName().isArray or primvar.GetInterpolation() == "constant")
+        and _NUMBER_TYPE.fullmatch(type_name.scalarType.cppTypeName) is not None
+        and (type_name.isArray or primvar.GetInterpolation() == "constant")
     )
 
 

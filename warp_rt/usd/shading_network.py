@@ -96,7 +96,7 @@ def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, report
         return None
     source = find_source(port, report)
     if isinstance(source, Node):
-        report.warn(CONNECTED_CONSTANT, port.GetAttr().GetPath(), "cannot be connected to a node; the default is used")
+        warn_connected(port, report)
         return None
     return source.Get(time) if source else None
 
@@ -109,7 +109,7 @@ def read_numbers(
     found = numbers(value)
     if value is None or (found is not None and len(found) in counts):
         return found
-    _warn_type(shader, name, value, f"not {' or '.join(map(str, counts))} finite numbers", report)
+    warn_type(shader, name, value, f"not {' or '.join(map(str, counts))} finite numbers", report)
     return None
 
 
@@ -118,10 +118,16 @@ def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, report: R
     value = read_constant(shader, name, time, report)
     if value is None or isinstance(value, str):
         return value
-    _warn_type(shader, name, value, "not a token", report)
+    warn_type(shader, name, value, "not a token", report)
     return None
 
 
-def _warn_type(shader: UsdShade.Shader, name: str, value: Any, why: str, report: Report) -> None:
+def warn_connected(port: UsdShade.Input, report: Report) -> None:
+    """Report a connection to a node, of an input that cannot vary over a surface."""
+    report.warn(CONNECTED_CONSTANT, port.GetAttr().GetPath(), "cannot be connected to a node; the default is used")
+
+
+def warn_type(shader: UsdShade.Shader, name: str, value: Any, why: str, report: Report) -> None:
+    """Report a value of an input that is of another kind."""
     path = shader.GetInput(name).GetAttr().GetPath()
     report.warn(WRONG_TYPE, path, f"is {shown(value)}, {why}; the default is used")

@@ -16,7 +16,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Texture, Tiles, Wrap
 from warp_rt.usd.color_spaces import color_space as find_color_space
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.shading_network import find_source, read_numbers, read_token
+from warp_rt.usd.shading_network import Node, find_source, read_numbers, read_token, warn_connected, warn_type
 from warp_rt.usd.signals import Source
 from warp_rt.usd.texture_coordinates import Coordinates, tiling
 
@@ -97,16 +97,14 @@ class TextureNodes:
         color_space: str,
     ) -> Source:
         prim = shader.GetPath()
-        file = shader.GetInput("file")
-        attribute = find_source(file, self._report) if file else None
-        asset = attribute.Get(self._time) if isinstance(attribute, Usd.Attribute) else None
+        asset, attribute = self._file(shader)
         tiles = None
-        if isinstance(asset, Sdf.AssetPath) and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
+        if asset is not None and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
             rows = self._images.load_tiles(attribute, asset, prim)
             decoded = {place: self._decoded(row, color_space, attribute, prim) for place, row in rows.items()}
             image, tiles, is_srgb = self._lay_out(decoded)
         else:
-            row = self._images.load(asset if isinstance(asset, Sdf.AssetPath) else Sdf.AssetPath(), prim)
+            row = -1 if asset is None else self._images.load(asset, prim)
             image, is_srgb = self._decoded(row, color_space, attribute, prim)
         texture = Texture(
             image,
@@ -122,6 +120,19 @@ class TextureNodes:
             is_srgb=is_srgb,
         )
         return _texture_source(texture)
+
+    def _file(self, shader: UsdShade.Shader) -> tuple[Sdf.AssetPath | None, Usd.Attribute | None]:
+        """Return which image a node names, and where; no asset, told, for what is none."""
+        port = shader.GetInput("file")
+        attribute = find_source(port, self._report) if port else None
+        if isinstance(attribute, Node):
+            warn_connected(port, self._report)
+            return None, None
+        value = attribute.Get(self._time) if attribute else None
+        if value is None or isinstance(value, Sdf.AssetPath):
+            return value or Sdf.AssetPath(), attribute
+        warn_type(shader, "file", value, "no asset path", self._report)
+        return None, None
 
     def _decoded(self, row: int, color_space: str, attribute: Usd.Attribute, prim: Sdf.Path) -> tuple[int, bool]:
         """Return the row to read of an image, and whether to decode it by the sRGB curve, as the node says."""
