@@ -21,6 +21,7 @@ AOV_TRIANGLE_TESTS = wp.constant(512)
 AOV_TREE_SIZE = wp.constant(1024)
 AOV_DEEPEST = wp.constant(2048)
 AOV_RAYS = wp.constant(4096)
+AOV_PRIMVARS = wp.constant(8192)
 
 
 @wp.struct
@@ -75,6 +76,10 @@ def write_aovs(
         film.instance[row, column] = scene.instances[surface.instance].id
     if (mask & AOV_ELEMENT) != 0:
         film.element[row, column] = element_of(scene, surface)
+    if (mask & AOV_PRIMVARS) != 0:
+        for k in range(film.primvar_slots.shape[0]):
+            nothing = wp.vec4(0.0, 0.0, 0.0, 0.0)
+            film.primvars[k, row, column] = eval_primvar(scene, surface, film.primvar_slots[k], nothing)
 
 
 @wp.func

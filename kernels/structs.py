@@ -430,3 +430,7 @@ class FilmData:
     tree_size: wp.array2d[wp.int32]
     deepest: wp.array2d[wp.int32]
     rays: wp.array2d[wp.int32]
+    primvar_slots: wp.array[wp.int32]
+    """Primvars that are AOVs: where ``SceneData.primvars`` has them."""
+    primvars: wp.array3d[wp.vec4]
+    """[which of them, row, column]."""

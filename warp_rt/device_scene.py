@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.kernels.visibility import HOLDS_OUT
 from warp_rt.light_tables import LightTables
-from warp_rt.options import TEXTURE_FILTERS
+from warp_rt.options import TEXTURE_FILTERS, is_primvar_aov
 from warp_rt.placement import Placement, blocks, place_scene, relative_points
 from warp_rt.scene import (
     MATERIAL_DEFAULTS,
@@ -49,6 +49,16 @@ _NORMALS = ""  # name of slot 0, which no primvar can have
 
 
 @dataclass(frozen=True)
+class AovPrimvar:
+    """A primvar that is an AOV."""
+
+    slot: int
+    """Where ``SceneData.primvars`` has it."""
+    size: int
+    """Its components, 1 to 4: the most that anything drawn has; 0: nothing drawn has it."""
+
+
+@dataclass(frozen=True)
 class DeviceScene:
     """A scene's shading data on a device; holding this object keeps its memory alive."""
 
@@ -61,6 +71,8 @@ class DeviceScene:
     """Device memory that its arrays take [byte]."""
     images: _Images
     """Shared by the scenes of a sequence."""
+    aov_primvars: Mapping[str, AovPrimvar]
+    """By AOV, ``primvars:NAME``."""
 
 
 def upload_scene(
@@ -70,6 +82,7 @@ def upload_scene(
     placement: Placement | None = None,
     texture_filter: str = TEXTURE_FILTERS[0],
     samples_domes: bool = False,
+    aovs: Sequence[str] = (),
     previous: DeviceScene | None = None,
 ) -> DeviceScene:
     """Return ``scene`` on a device.
@@ -80,10 +93,12 @@ def upload_scene(
         placement: Coordinates that its hierarchies were built in; None: as ``place_scene`` gives them.
         texture_filter: One of ``TEXTURE_FILTERS``: whether images get pyramids.
         samples_domes: Whether domes are sampled, for which the brightness of their images is summed up.
+        aovs: What is wanted of it; the primvars among them are uploaded.
         previous: Whose images are used again where those of ``scene`` are the same objects and read alike.
     """
     placement = placement or place_scene(scene)
-    slots = _primvar_slots(scene)
+    shown = {aov: aov.partition(":")[2] for aov in aovs if is_primvar_aov(aov)}
+    slots = _primvar_slots(scene, shown.values())
     pack = _Packer(device)
     data = structs.SceneData()
     _pack_meshes(data, pack, scene.meshes, placement, slots)
@@ -98,7 +113,8 @@ def upload_scene(
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
     _pack_lights(data, pack, scene.lights, scene.domes, placement.origin, images, samples_domes=samples_domes)
     images.put(data)
-    return DeviceScene(data, device, placement.origin, pack.bytes, images)
+    aov_primvars = {aov: AovPrimvar(slots[_slot_name(name)], _primvar_size(scene, name)) for aov, name in shown.items()}
+    return DeviceScene(data, device, placement.origin, pack.bytes, images, aov_primvars)
 
 
 def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceScene:
@@ -136,11 +152,33 @@ class _Packer:
         return self.array(table, struct)
 
 
-def _primvar_slots(scene: Scene) -> dict[str, int]:
-    """Return the slot of each primvar that the materials read; slot 0 is the normals', slot 1 that of ``st``."""
+def _slot_name(primvar: str) -> str:
+    return _NORMALS if primvar == "normals" else primvar
+
+
+def _primvar_size(scene: Scene, name: str) -> int:
+    """Return the most components that a primvar has on anything in the scene; 0: nothing has it."""
+    key = _slot_name(name)
+    found = (_primvar_of(mesh, key) for mesh in scene.meshes)
+    sizes = [primvar.values.reshape(len(primvar.values), -1).shape[1] for primvar in found if primvar is not None]
+    if name == "st" and any(isinstance(mesh, Shapes) and mesh.has_st for mesh in scene.meshes):
+        sizes.append(2)
+    values = scene.instances.primvars.get(name)
+    if values is not None and len(values):
+        sizes.append(values.reshape(len(values), -1).shape[1])
+    return max(sizes, default=0)
+
+
+def _primvar_slots(scene: Scene, shown: Iterable[str]) -> dict[str, int]:
+    """Return the slot of each primvar that is read; slot 0 is the normals', slot 1 that of ``st``.
+
+    Args:
+        scene: Whose materials read them.
+        shown: AOVs that are primvars.
+    """
     used = [texture.primvar for texture in scene.textures]
     used += [source.primvar for m in scene.materials for source in m.inputs.values() if source.primvar]
-    names = dict.fromkeys((_NORMALS, "st", *used))
+    names = dict.fromkeys((_NORMALS, "st", *used, *map(_slot_name, shown)))
     return {name: slot for slot, name in enumerate(names)}
 
 

@@ -108,8 +108,8 @@ class Film:
     the eye ray [scene unit], float32, infinite where nothing was met; ``normal`` (unit shading normal) and
     ``position``, n = 3, world space, ``Neye`` and ``Peye``, the same in the camera's space, and ``uv``, n = 2, float32,
     zero where nothing was met; ``primId``, ``instanceId``, ``elementId`` (the face), int32, -1 where nothing was met;
-    ``nodesVisited``, ``triangleTests``, ``treeSize`` and ``rays``, sums over the pixel's samples, and ``deepest``, the
-    deepest level of any, int32."""
+    ``primvars:NAME``, float32, n = 1 to 4, zero where there is none; ``nodesVisited``, ``triangleTests``, ``treeSize``
+    and ``rays``, sums over the pixel's samples, and ``deepest``, the deepest level of any, int32."""
     rays: RayCounts
     prims: tuple[str, ...] = ()
     """Path of each primId."""

@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from warp_rt.device_scene import AovPrimvar
 from warp_rt.errors import LimitError, OptionError, SceneError
 from warp_rt.kernels import aov, structs
 from warp_rt.options import MAX_SIZE
@@ -51,6 +53,8 @@ class FilmBuffers:
     """The part of the picture that is rendered."""
     wanted: tuple[str, ...]
     """AOVs that were asked for."""
+    primvars: Mapping[str, AovPrimvar]
+    """Those of them that are primvars, in the order of ``data.primvars``."""
 
     def develop(self, *, spp: int, camera: Camera, origin: np.ndarray) -> dict[str, np.ndarray]:
         """Return the AOVs: samples averaged, the camera's exposure applied, positions in world or eye space.
@@ -64,6 +68,10 @@ class FilmBuffers:
         color = aovs["color"] / np.float32(spp)
         aovs["color"] = color[..., :3] * np.float32(camera.exposure_scale)
         aovs["alpha"] = color[..., 3].copy()
+        for k, (name, primvar) in enumerate(self.primvars.items()):
+            # Components that an instance's value does not have are NaN.
+            values = np.nan_to_num(aovs["primvars"][k, ..., : max(primvar.size, 1)])
+            aovs[name] = values[..., 0] if primvar.size < 2 else values
         eye_from_world = np.linalg.inv(_axes(camera))
         if "cameraDepth" in self.wanted:
             aovs["cameraDepth"] = aovs["depth"].copy()
@@ -84,8 +92,16 @@ def _axes(camera: Camera) -> np.ndarray:
     return linear / np.linalg.norm(linear, axis=0)
 
 
-def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> FilmBuffers:
+def make_film_buffers(
+    aovs: tuple[str, ...], area: Rectangle, device: str, primvars: Mapping[str, AovPrimvar] | None = None
+) -> FilmBuffers:
     """Return empty buffers for a part of a picture; AOVs that nobody asked for have no elements.
+
+    Args:
+        aovs: What is asked for.
+        area: The part of the picture.
+        device: Where.
+        primvars: Where the scene has the primvars among ``aovs``.
 
     Raises:
         LimitError: The device has not enough memory.
@@ -95,6 +111,7 @@ def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> Fi
     data.x, data.y = x, y
     needed = {_SOURCES.get(name, name) for name in aovs}
     wanted = [name for name in _FIELDS if name in needed]
+    shown = {name: primvar for name, primvar in (primvars or {}).items() if name in needed}
     try:
         arrays = {"color": wp.zeros(shape=(height, width), dtype=wp.vec4, device=device)}
         for name, (field, _, dtype, nothing) in _FIELDS.items():
@@ -103,13 +120,19 @@ def make_film_buffers(aovs: tuple[str, ...], area: Rectangle, device: str) -> Fi
             setattr(data, field, array)
             if name in wanted:
                 arrays[name] = array
+        arrays["primvars"] = data.primvars = wp.zeros(
+            shape=(len(shown), height, width) if shown else (0, 0, 0), dtype=wp.vec4, device=device
+        )
+        slots = [primvar.slot for primvar in shown.values()]
+        data.primvar_slots = wp.array(slots, dtype=wp.int32, device=device)
     except RuntimeError as error:  # Warp's word for a failed allocation
-        pixel = sum(wp.types.type_size_in_bytes(dtype) for dtype in (wp.vec4, *(_FIELDS[name][2] for name in wanted)))
+        types = (wp.vec4, *(_FIELDS[name][2] for name in wanted), *(wp.vec4 for _ in shown))
+        pixel = sum(wp.types.type_size_in_bytes(dtype) for dtype in types)
         size = f"{pixel * width * height / 2**30:.1f} GiB"
         raise LimitError(f"film: {width} x {height} pixels need {size}, more than {device} can give") from error
     data.color = arrays["color"]
-    data.aov_mask = sum(int(_FIELDS[name][1]) for name in wanted)
-    return FilmBuffers(data, arrays, area, aovs)
+    data.aov_mask = sum(int(_FIELDS[name][1]) for name in wanted) + (int(aov.AOV_PRIMVARS) if shown else 0)
+    return FilmBuffers(data, arrays, area, aovs, shown)
 
 
 def film_area(crop: Rectangle | None, settings: Settings, width: int, height: int) -> Rectangle:

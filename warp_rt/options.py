@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -25,6 +26,7 @@ AOVS = (
     *("primId", "instanceId", "elementId"),
     *COSTS,
 )
+_PRIMVAR_AOV = re.compile(r"primvars:[^\W\d]\w*(?::[^\W\d]\w*)*")
 COMPLEXITIES = ("low", "medium", "high", "veryhigh")
 """Names of the refinement levels 0 to 3 of subdivision surfaces, as usdrecord has them."""
 ADAPTIVE = "auto"
@@ -71,7 +73,7 @@ class RenderOptions:
     background: tuple[float, float, float] | None = None
     """Colour of rays that leave the scene; default black; a visible dome light takes precedence."""
     aovs: tuple[str, ...] = ("color",)
-    """Outputs, from ``AOVS``."""
+    """Outputs, from ``AOVS``, and ``primvars:NAME`` for any primvar."""
     seed: int = 0
     """Of the sample positions, in pixels and on lights."""
     crop: tuple[int, int, int, int] | None = None
@@ -110,10 +112,16 @@ class RenderOptions:
         _one_of("bvh", self.bvh, BUILDERS)
         _one_of("intersector", self.intersector, INTERSECTORS)
         for aov in self.aovs:
-            _one_of("aov", aov, AOVS)
+            if not is_primvar_aov(aov):
+                _one_of("aov", aov, AOVS)
         _color("ambient", self.ambient)
         _color("background", self.background)
         _crop(self.crop)
+
+
+def is_primvar_aov(aov: Any) -> bool:
+    """Return whether an AOV is a primvar, ``primvars:NAME`` with a name that USD allows."""
+    return isinstance(aov, str) and _PRIMVAR_AOV.fullmatch(aov) is not None
 
 
 def check_threads(threads: Any) -> None:

@@ -111,6 +111,7 @@ class Renderer:
                 placement=self.accel.placement,
                 texture_filter=self.options.texture_filter,
                 samples_domes=bool(self.options.light_samples),
+                aovs=self.options.aovs,
                 previous=None if previous is None else previous._device_scene,
             )
 
@@ -182,9 +183,8 @@ class Renderer:
         options = dataclasses.replace(self.options, **{name: to for name, to in changes.items() if to is not None})
         chosen, _, _ = self._set_up(camera)
         width, height = image_size(chosen, options, self.scene.settings)
-        buffers = make_film_buffers(
-            options.aovs, film_area(options.crop, self.scene.settings, width, height), self.device
-        )
+        area = film_area(options.crop, self.scene.settings, width, height)
+        buffers = make_film_buffers(options.aovs, area, self.device, self._device_scene.aov_primvars)
         return Exposure(options, chosen, (width, height), buffers, Deadline(options.time_limit))
 
     def expose(
@@ -344,6 +344,9 @@ class Renderer:
         elif not self.options.light_samples and (self.scene.domes or any(light.has_extent for light in lights)):
             message = "lights of some size and domes cast sharp shadows or none: light samples make them soft"
             notes.append(Diagnostic("N907", source, message))
+        for aov, primvar in self._device_scene.aov_primvars.items():
+            if primvar.size == 0:
+                notes.append(Diagnostic("N933", source, f"nothing that is drawn has the AOV {aov}: 0 everywhere"))
         self.diagnostics = tuple(notes)
         return chosen, device_scene, lights
 

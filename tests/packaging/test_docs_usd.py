@@ -421,6 +421,7 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
         "N930",
         "N931",
         "N932",
+        "N933",
     }
 
 

@@ -151,7 +151,11 @@ def test_products_override_what_they_author():
         ('uniform string sourceName = "C.*[<L.>O]"\nuniform token sourceType = "lpe"', "color"),
         ('uniform string sourceName = "lpe:C.*L"\nuniform token sourceType = "lpe"', "color"),
         ('uniform string sourceName = "C<RD>[<L.>O]"\nuniform token sourceType = "lpe"', None),
-        ('uniform string sourceName = "color"\nuniform token sourceType = "primvar"', None),
+        ('uniform string sourceName = "color"\nuniform token sourceType = "primvar"', "primvars:color"),
+        ('uniform string sourceName = "primvars:a:b"\nuniform token sourceType = "primvar"', "primvars:a:b"),
+        ('uniform string sourceName = "primvars:displayColor"', "primvars:displayColor"),
+        ('uniform string sourceName = "no name"\nuniform token sourceType = "primvar"', None),
+        ('uniform string sourceName = "normals"', "normal"),
         ('uniform string sourceName = "albedo"', None),
     ],
 )

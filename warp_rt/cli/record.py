@@ -70,7 +70,9 @@ def parser() -> Parser:
     add_quality(quality)
     picture = result.add_argument_group("what is written")
     add_product(picture)
-    picture.add_argument("--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
+    picture.add_argument(
+        "--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)}, primvars:NAME (default: color)"
+    )
     picture.add_argument("--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG")
     add_machine(result)
     add_strict(result)

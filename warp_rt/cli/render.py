@@ -51,7 +51,9 @@ def parser() -> Parser:
     add_quality(quality)
     picture = result.add_argument_group("what is written")
     add_product(picture)
-    picture.add_argument("--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)} (default: color)")
+    picture.add_argument(
+        "--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)}, primvars:NAME (default: color)"
+    )
     add_display(picture)
     add_machine(result)
     add_strict(result)

@@ -13,6 +13,7 @@ import OpenEXR
 
 from warp_rt.errors import OutputError
 from warp_rt.image.atomic import replacing
+from warp_rt.options import is_primvar_aov
 
 _REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # x, y of red, green, blue and white: ITU-R BT.709-6
 
@@ -27,6 +28,7 @@ _SUFFIXES = {
     "Peye": ("X", "Y", "Z"),
     "uv": ("U", "V"),
 }
+_PRIMVAR_SUFFIXES = {1: ("X",), 2: ("U", "V"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}  # most are colours
 _DEFAULT_LAYER = ("color", "alpha")  # without a prefix: every viewer shows R, G, B, A
 
 
@@ -40,7 +42,8 @@ def channels_of(aov: str, values: np.ndarray, layer: str) -> dict[str, np.ndarra
     """
     planes = values[..., None] if values.ndim == 2 else values
     prefix = f"{layer}." if layer else ""
-    names = (prefix + suffix for suffix in _SUFFIXES.get(aov, ("X",)))
+    suffixes = _PRIMVAR_SUFFIXES[planes.shape[2]] if is_primvar_aov(aov) else _SUFFIXES.get(aov, ("X",))
+    names = (prefix + suffix for suffix in suffixes)
     # The format has no signed integers: ids are unsigned, and -1 (nothing) becomes 4294967295, its bits unchanged.
     bits = planes.view(np.uint32) if planes.dtype == np.int32 else planes
     return {name: np.ascontiguousarray(bits[..., component]) for component, name in enumerate(names)}

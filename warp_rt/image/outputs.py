@@ -50,8 +50,8 @@ def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
     """Return every file that a picture with these AOVs is written to, by what it holds.
 
     An EXR holds all AOVs. PNG and JPEG hold the colour; each further AOV lies beside it, exact and unfiltered, as
-    ``NAME.AOV.npy``, and each cost also as a picture, ``NAME.AOV.png`` (key ``AOV.png``). With an id among the AOVs,
-    ``NAME.ids.json`` says what the ids are (key ``ids``).
+    ``NAME.AOV.npy`` (with underscores for colons), and each cost also as a picture, ``NAME.AOV.png`` (key ``AOV.png``).
+    With an id among the AOVs, ``NAME.ids.json`` says what the ids are (key ``ids``).
 
     Raises:
         OptionError: The extension is unknown, or ``picture_of`` finds nothing to show.
@@ -62,7 +62,7 @@ def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
         shown = picture_of(path, wanted)
         for aov in wanted:
             if aov not in ("color", "alpha"):
-                files[aov] = path.with_name(f"{path.stem}.{aov}.npy")
+                files[aov] = path.with_name(f"{path.stem}.{aov.replace(':', '_')}.npy")
             if aov in COSTS and aov != shown:
                 files[f"{aov}.png"] = path.with_name(f"{path.stem}.{aov}.png")
     if any(aov in ID_TABLES for aov in wanted):

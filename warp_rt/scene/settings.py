@@ -37,7 +37,7 @@ class RenderVar:
     layer: str
     """Its name in the file."""
     aov: str
-    """Of ``options.AOVS``, or ``alpha``."""
+    """Of ``options.AOVS``, ``primvars:NAME``, or ``alpha``."""
     is_half: bool = False
     """Whether 16-bit floats are asked for."""
 

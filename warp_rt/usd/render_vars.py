@@ -12,6 +12,7 @@ import re
 
 from pxr import Sdf, Usd, UsdRender
 
+from warp_rt.options import is_primvar_aov
 from warp_rt.report import Report
 from warp_rt.scene import RenderVar
 from warp_rt.usd.attribute_values import shown
@@ -22,7 +23,7 @@ _AOVS = {
     **dict.fromkeys(("color", "Ci", "RGBA", "RGB", "beauty"), "color"),
     **dict.fromkeys(("alpha", "a", "A"), "alpha"),
     **dict.fromkeys(("cameraDepth", "depth", "z", "Z"), "cameraDepth"),
-    **dict.fromkeys(("normal", "N"), "normal"),
+    **dict.fromkeys(("normal", "normals", "N", "Nn"), "normal"),
     **dict.fromkeys(("position", "P"), "position"),
     **dict.fromkeys(("uv", "st", "primvars:st"), "uv"),
     **{name: name for name in ("distance", "Neye", "Peye", "primId", "instanceId", "elementId")},
@@ -59,6 +60,7 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
 def _aov_of(kind: str, name: str) -> str | None:
     if kind == "lpe":
         return "color" if _ALL_LIGHT.fullmatch(name.replace(" ", "")) else None
-    if kind == "primvar":
-        return "uv" if name.removeprefix("primvars:") == "st" else None
+    primvar = f"primvars:{name.removeprefix('primvars:')}"
+    if kind == "primvar" or name.startswith("primvars:"):
+        return _AOVS.get(primvar) or (primvar if is_primvar_aov(primvar) else None)
     return _AOVS.get(name)
