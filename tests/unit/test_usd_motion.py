@@ -114,6 +114,36 @@ def test_curves_points_and_tetrahedra_are_carried_too() -> None:
         np.testing.assert_allclose(np.asarray(mesh.points).reshape(-1, 3)[0], [0, 0, 1], atol=1e-6)
 
 
+@pytest.mark.parametrize("rate", ["0", "-24"])
+def test_without_a_rate_velocities_move_nothing(rate):
+    """Division by it would send everything to infinity; positions are interpolated, as without velocities."""
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        (
+            timeCodesPerSecond = {rate}
+        )
+        def PointInstancer "i" {{
+            rel prototypes = </i/p>
+            int[] protoIndices = [0]
+            point3f[] positions.timeSamples = {{ 0: [(0, 0, 0)], 10: [(10, 0, 0)] }}
+            vector3f[] velocities.timeSamples = {{ 0: [(5, 0, 0)], 10: [(5, 0, 0)] }}
+            def Sphere "p" {{}}
+        }}
+        def Points "q" {{
+            point3f[] points.timeSamples = {{ 0: [(0, 0, 0)], 10: [(10, 0, 0)] }}
+            vector3f[] velocities.timeSamples = {{ 0: [(5, 0, 0)], 10: [(5, 0, 0)] }}
+            float[] widths = [1]
+        }}
+        """
+    )
+    scene = load_stage(stage, time=5.0)
+    assert [record.code for record in scene.diagnostics] == ["W512"]
+    assert scene.instances.world_from_local[scene.instances.instance_id >= 0][0, :3, 3].tolist() == [5, 0, 0]
+    points = next(mesh for mesh in scene.meshes if mesh.points.ravel()[0] == 5)
+    assert points.points.ravel().tolist() == [5, 0, 0]
+
+
 def test_angular_velocities_turn_instances() -> None:
     made = stage("""
         def PointInstancer "i" {

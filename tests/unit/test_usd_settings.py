@@ -81,6 +81,12 @@ def test_a_path_is_taken_before_the_metadata():
         _read(path="/Nothing")
 
 
+def test_samples_stand_for_a_default_that_is_not_authored():
+    body = "uniform int2 resolution.timeSamples = { 1: (30, 40), 2: (50, 60) }"
+    assert _read(body)[0].resolution == (30, 40)
+    assert _read(f"{body}\nuniform int2 resolution = (10, 20)")[0].resolution == (10, 20)
+
+
 def test_metadata_that_lead_nowhere_are_named():
     assert _read(metadata='renderSettingsPrimPath = "/Nothing"') == (Settings(), None, ["W521"])
 
@@ -98,6 +104,7 @@ def test_metadata_that_lead_nowhere_are_named():
         "float warp_rt:ambient = 1",
         'string warp_rt:background = "red"',
         'token includedPurposes = "render"',
+        'token[] includedPurposes = ["final"]',
         'token materialBindingPurposes = "full"',
         "uniform float4 dataWindowNDC = (0.5, 0, 0.5, 1)",
     ],

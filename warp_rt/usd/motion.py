@@ -16,6 +16,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from warp_rt.scene import Camera
 from warp_rt.usd.arrays import float_rows, vector_rows
+from warp_rt.usd.stage import has_rate
 
 # What is carried, and by what.
 _OF_POINTS = (("points", "velocities"),)
@@ -84,7 +85,7 @@ def carries(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
 
     They do where both have samples at the same times before and after, and as many elements in the one before.
     """
-    if time.IsDefault():
+    if time.IsDefault() or not has_rate(prim.GetStage()):
         return False
     for carried, carrier in _OF_INSTANCES if prim.GetTypeName() == "PointInstancer" else _OF_POINTS:
         velocities = prim.GetAttribute(carrier)

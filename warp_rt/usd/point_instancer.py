@@ -13,6 +13,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.usd.arrays import integers, vector_rows
 from warp_rt.usd.primvars import rows_by_instance
+from warp_rt.usd.stage import has_rate
 from warp_rt.usd.transforms import is_regular
 
 BAD_ARRAY = "W120"
@@ -140,6 +141,8 @@ def _moved_matrices(
     """Return USD's own matrices where velocities move the instances; None where they do not or USD gives none."""
     motions = (schema.GetVelocitiesAttr(), schema.GetAngularVelocitiesAttr(), schema.GetAccelerationsAttr())
     if time.IsDefault() or not any(attribute.HasAuthoredValue() for attribute in motions):
+        return None
+    if not has_rate(schema.GetPrim().GetStage()):
         return None
     for attribute in motions:
         value = attribute.Get(time)

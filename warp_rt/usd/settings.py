@@ -14,7 +14,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdRender, Vt
 
 from warp_rt.errors import SceneError
-from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE
+from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE, PURPOSES
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import numbers, shown
@@ -294,7 +294,11 @@ class _Reader:
         space = self._value("renderingColorSpace")
         if space is not None and str(space) not in _REC_709:
             self._ignored("renderingColorSpace", "colours are linear Rec. 709")
-        return self._tokens("includedPurposes")
+        purposes = self._tokens("includedPurposes") or ()
+        unknown = [purpose for purpose in purposes if purpose not in PURPOSES]
+        if unknown:
+            self._invalid("includedPurposes", f"{', '.join(map(shown, unknown))}: no purpose of {', '.join(PURPOSES)}")
+        return tuple(purpose for purpose in purposes if purpose in PURPOSES) or None
 
     def binding_purpose(self) -> str:
         """Return the material purpose that counts before bindings without a purpose."""
@@ -321,8 +325,9 @@ class _Reader:
         for prim in self._prims:
             attribute = prim.GetAttribute(name)
             if attribute and attribute.HasAuthoredValue():
-                value = attribute.Get()
-                return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
+                # Where only samples are authored, Get() returns the schema's fallback.
+                is_default = attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
+                return attribute.Get(Usd.TimeCode.Default() if is_default else Usd.TimeCode.EarliestTime())
         return None
 
     def _numbers(self, name: str, count: int) -> tuple[float, ...] | None:

@@ -160,6 +160,9 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
     Raises:
         OptionError: ``time`` is not finite, or comes with ``default_time``.
     """
+    if not has_rate(stage):
+        message = f"timeCodesPerSecond {stage.GetTimeCodesPerSecond():g} is no rate: velocities move nothing"
+        report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), message)
     if default_time:
         if time is not None:
             raise OptionError("time: not together with the default time")
@@ -173,6 +176,12 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
         report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), f"startTimeCode {start} is not finite: 0 is taken")
         start = 0.0
     return Usd.TimeCode(start)
+
+
+def has_rate(stage: Usd.Stage) -> bool:
+    """Return whether a stage's time codes pass at some rate, so that velocities have a meaning."""
+    rate = stage.GetTimeCodesPerSecond()
+    return math.isfinite(rate) and rate > 0
 
 
 def stage_up_axis(stage: Usd.Stage, report: Report) -> str:
