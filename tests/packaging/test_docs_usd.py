@@ -302,6 +302,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         mesh("normal3f[] normals = [(0,0,1), (0,0,1), (0,0,1), (0,0,1)]", QUAD.replace('"none"', '"catmullClark"')),
         {"/m"},
     ),
+    "N921": ('def Sphere "s" { double3 xformOp:translate = (1, 0, 0)\n}', {"/s"}),
     "N914": (
         bound(
             shader("UsdPreviewSurface", "float inputs:displacement = 1\ntoken outputs:displacement"),

@@ -448,6 +448,17 @@ def test_operations_of_a_transform_that_are_not_there_are_named(body: str, is_to
     assert codes(scene) == ({"/s": "W105"} if is_told else {})
 
 
+def test_operations_that_are_not_in_the_order_do_not_count_and_are_noted() -> None:
+    ops = "double3 xformOp:translate = (1, 0, 0)\ndouble3 xformOp:translate:pivot = (0, 2, 0)\n"
+    order = 'uniform token[] xformOpOrder = ["!invert!xformOp:translate:pivot"]'
+    scene = load(f'def Mesh "a" {{ {TRIANGLE} {ops} }}\ndef Mesh "b" {{ {TRIANGLE} {ops}{order}\n}}')
+    assert [placement(scene, path)[:3, 3].tolist() for path in ("/a", "/b")] == [[0, 0, 0], [0, -2, 0]]
+    assert {record.prim: (record.code, record.message.count("xformOp:")) for record in scene.diagnostics} == {
+        "/a": ("N921", 2),
+        "/b": ("N921", 1),
+    }
+
+
 @pytest.mark.parametrize(
     ("schema", "code"), [("LODRootAPI", ""), ("VisibilityAPI", ""), ("ColorSpaceAPI", ""), ("ModelAPI", "")]
 )

@@ -20,6 +20,8 @@ class Authored:
     """Those of primvars."""
     bindings: tuple[str, ...]
     """Those of relationships that hold for all prims below."""
+    operations: tuple[str, ...]
+    """Those of operations of a transform."""
 
 
 class AuthoredReader:
@@ -42,5 +44,6 @@ class AuthoredReader:
                 frozenset(names),
                 tuple(name for name in names if name.startswith("primvars:")),
                 tuple(name for name in names if name.startswith(_BINDINGS)),
+                tuple(name for name in names if name.startswith("xformOp:")),
             )
         return authored

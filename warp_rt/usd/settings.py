@@ -326,7 +326,9 @@ class _Reader:
             attribute = prim.GetAttribute(name)
             if attribute and attribute.HasAuthoredValue():
                 # Where only samples are authored, Get() returns the schema's fallback.
-                is_default = attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
+                is_default = (
+                    attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
+                )
                 return attribute.Get(Usd.TimeCode.Default() if is_default else Usd.TimeCode.EarliestTime())
         return None
 

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
 from typing import NamedTuple
 
 import numpy as np
@@ -13,13 +12,16 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import shown
+from warp_rt.usd.authored import Authored
 
 BAD_TRANSFORM = "W105"
+IDLE_OPERATION = "N921"
 
 _IDENTITY = Gf.Matrix4d(1)
 _PLAINLY = 1e-6  # of a box's volume: far above the limit of is_regular, whichever axes it measures
 _BLOCK = 1 << 14  # matrices at a time: what is computed on the way takes little memory
 _RESET = "!resetXformStack!"
+_INVERT = "!invert!"
 
 
 class LocalTransform(NamedTuple):
@@ -44,14 +46,14 @@ class TransformReader:
         self._cache = UsdGeom.XformCache(time)
         self._report = report
 
-    def read(self, prim: Usd.Prim, names: Set[str]) -> LocalTransform | None:
+    def read(self, prim: Usd.Prim, authored: Authored) -> LocalTransform | None:
         """Return the transform of a prim; None, with a diagnostic, where nothing below it could be drawn.
 
         Args:
             prim: An Xformable.
-            names: Of its properties.
+            authored: What it authors.
         """
-        self._check_operations(prim, names)
+        self._check_operations(prim, authored)
         local, resets = self._cache.GetLocalTransformation(prim)
         matrix = np.array(local).T
         if not (_is_plainly_regular(local, matrix) or is_regular(matrix[None])[0]):
@@ -64,19 +66,22 @@ class TransformReader:
         """Return where a prim stands in the world: float64, shape [4, 4], acting on column vectors."""
         return np.array(self._cache.GetLocalToWorldTransform(prim)).T
 
-    def _check_operations(self, prim: Usd.Prim, names: Set[str]) -> None:
-        """Report entries of ``xformOpOrder`` that USD passes over because there is no such operation."""
+    def _check_operations(self, prim: Usd.Prim, authored: Authored) -> None:
+        """Report entries of ``xformOpOrder`` for which there is no operation, and operations without an entry."""
         order = prim.GetAttribute("xformOpOrder").Get()
-        if order is None:
-            return
-        if not isinstance(order, Vt.TokenArray):
+        if order is not None and not isinstance(order, Vt.TokenArray):
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"not moved: xformOpOrder is {shown(order)}")
             return
-        for index in range(len(order)):  # a Vt array's own iterator takes ten times as long
-            operation = order[index]
-            if operation in names or operation == _RESET or operation.removeprefix("!invert!") in names:
+        # A Vt array's own iterator takes ten times as long.
+        listed = [] if order is None else [order[index] for index in range(len(order))]
+        for operation in listed:
+            if operation in authored.names or operation == _RESET or operation.removeprefix(_INVERT) in authored.names:
                 continue
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {operation}, which it does not have")
+        idle = [name for name in authored.operations if name not in listed and _INVERT + name not in listed]
+        if idle:
+            message = f"not moved by {', '.join(idle)}, which its xformOpOrder does not name"
+            self._report.warn(IDLE_OPERATION, prim.GetPath(), message)
 
 
 def _is_plainly_regular(local: Gf.Matrix4d, matrix: np.ndarray) -> bool:

@@ -175,7 +175,7 @@ class StageWalk:
             self.render_prims.append(str(prim.GetPath()))
         elif not prim_type.is_known:
             self._report.warn(
-                UNKNOWN_TYPE, prim.GetPath(), f"the type {kind} is unknown to USD: it draws nothing itself"
+                UNKNOWN_TYPE, prim.GetPath(), f"USD has no prims of the type {kind}: it draws nothing itself"
             )
         passed_on = hand_down(prim, here, authored, self._time, self._report)
         if kind == "PointInstancer":
@@ -202,8 +202,8 @@ class StageWalk:
         here = above
         if prim_type.is_imageable and "purpose" in authored.names:
             here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
-        if prim_type.is_xformable and "xformOpOrder" in authored.names:
-            local = self._transforms.read(prim, authored.names)
+        if prim_type.is_xformable and (authored.operations or "xformOpOrder" in authored.names):
+            local = self._transforms.read(prim, authored)
             if local is None:
                 return None
             if local.resets:
