@@ -439,7 +439,6 @@ def test_a_stage_of_which_nothing_is_drawn_is_noted() -> None:
             'uniform token[] xformOpOrder = ["!resetXformStack!", "!invert!xformOp:translate:pivot"]',
             False,
         ),
-        ("double3 xformOp:translate = (1, 2, 3)", False),
     ],
 )
 def test_operations_of_a_transform_that_are_not_there_are_named(body: str, is_told: bool) -> None:
