@@ -28,6 +28,13 @@ _PURPOSES = ("default", "render", "proxy", "guide")
 SHOWN = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
 # A prototype may be a class or stand below an over, neither of which is drawn by itself.
 SHOWN_IN_PROTOTYPE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimHasDefiningSpecifier)
+# What few prims are: a parent is asked once whether any child is, its children only if so.
+_UNUSUAL = Usd.TraverseInstanceProxies(~Usd.PrimIsLoaded | Usd.PrimIsModel | Usd.PrimIsInstance)
+
+
+def has_unusual_children(prim: Usd.Prim) -> bool:
+    """Return whether a child of a prim, seen or not, is an instance, a model or not loaded."""
+    return bool(prim.GetFilteredChildren(_UNUSUAL))
 
 
 class Context(NamedTuple):
@@ -67,6 +74,12 @@ class Context(NamedTuple):
     """Refinements that prims above ask for; None: none does."""
     is_skinned: bool = False
     """Whether a SkelRoot is above."""
+    is_proxy: bool = False
+    """Whether the prims are instance proxies."""
+
+    def placed(self, matrix: np.ndarray) -> Context:
+        """Return the same at another place: group from prim, float64, shape [4, 4]."""
+        return self._make((matrix, *self[1:]))  # which takes a quarter of what _replace takes
 
     def children(self, prim: Usd.Prim) -> Sequence[Usd.Prim]:
         """Return the children of the prim that hands this on that are visited."""
@@ -120,27 +133,28 @@ def said_above(prim: Usd.Prim, context: Context, time: Usd.TimeCode, report: Rep
     return context
 
 
-def hand_down(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeCode, report: Report) -> Context:
+def hand_down(
+    prim: Usd.Prim, here: Context, authored: Authored, has_heirs: bool, time: Usd.TimeCode, report: Report
+) -> Context:
     """Return the context with the bindings and primvars that a prim hands on.
 
     Args:
         prim: The prim.
         here: All else that its children have from it.
         authored: What it authors.
+        has_heirs: Whether there is anything below it.
         time: When primvars are read.
         report: Takes the diagnostics.
     """
-    primvars = here.primvars
-    has_heirs = authored.primvars and (
-        prim.IsInstance() or prim.GetTypeName() == "PointInstancer" or prim.GetFilteredChildren(here.predicate)
-    )
-    if has_heirs:
+    if authored.bindings:
+        bindings = extend_bindings(here.bindings, prim, authored.bindings)
+        if bindings is not here.bindings:
+            here = here._replace(bindings=bindings)
+    if authored.primvars and has_heirs:
         primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
-    bindings = extend_bindings(here.bindings, prim, authored.bindings)
-    if primvars is here.primvars:
-        return here if bindings is here.bindings else here._replace(bindings=bindings)
-    constants = inherited_constants(primvars, time, report)
-    return here._replace(bindings=bindings, primvars=primvars, constants=constants)
+        if primvars is not here.primvars:
+            here = here._replace(primvars=primvars, constants=inherited_constants(primvars, time, report))
+    return here
 
 
 def _inheritable(own: UsdGeom.PrimvarsAPI, above: Sequence[UsdGeom.Primvar]) -> Sequence[UsdGeom.Primvar]:

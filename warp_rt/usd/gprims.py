@@ -112,7 +112,7 @@ class GprimReader:
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
         path = prim.GetPath()
-        key = prim.GetPrimInPrototype().GetPath() if skin is None and prim.IsInstanceProxy() else path
+        key = prim.GetPrimInPrototype().GetPath() if context.is_proxy and skin is None else path
         times = (self._time, None)
         if "velocities" in authored.names:
             times = read_times(prim, self._time, self._base_time)

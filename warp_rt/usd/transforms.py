@@ -18,6 +18,8 @@ BAD_TRANSFORM = "W105"
 IDLE_OPERATION = "N921"
 
 _IDENTITY = Gf.Matrix4d(1)
+_TRANSLATION = "xformOp:translate"
+_ONLY_TRANSLATION = Vt.TokenArray([_TRANSLATION])
 _PLAINLY = 1e-6  # of a box's volume: far above the limit of is_regular, whichever axes it measures
 _BLOCK = 1 << 14  # matrices at a time: what is computed on the way takes little memory
 _RESET = "!resetXformStack!"
@@ -43,8 +45,11 @@ class TransformReader:
     """
 
     def __init__(self, time: Usd.TimeCode, report: Report) -> None:
+        self._time = time
         self._cache = UsdGeom.XformCache(time)
         self._report = report
+        self._complete: dict[Authored, Vt.TokenArray] = {}
+        """The latest order that names just the operations which prims author that author the same."""
 
     def read(self, prim: Usd.Prim, authored: Authored) -> LocalTransform | None:
         """Return the transform of a prim; None, with a diagnostic, where nothing below it could be drawn.
@@ -53,10 +58,18 @@ class TransformReader:
             prim: An Xformable.
             authored: What it authors.
         """
-        self._check_operations(prim, authored)
+        order = prim.GetAttribute("xformOpOrder").Get()
+        if order == _ONLY_TRANSLATION and authored.operations == (_TRANSLATION,):
+            offset = prim.GetAttribute(_TRANSLATION).Get(self._time)
+            if isinstance(offset, Gf.Vec3d) and math.isfinite(offset * offset):
+                matrix = np.eye(4)
+                matrix[:3, 3] = offset
+                return LocalTransform(matrix, resets=False, is_identity=False)
+        elif order is None or order != self._complete.get(authored):
+            self._check_operations(prim, order, authored)
         local, resets = self._cache.GetLocalTransformation(prim)
         matrix = np.array(local).T
-        if not (_is_plainly_regular(local, matrix) or is_regular(matrix[None])[0]):
+        if not (_is_plainly_regular(local) or is_regular(matrix[None])[0]):
             message = "left out with all below it: its transform is singular or not finite"
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), message)
             return None
@@ -66,28 +79,33 @@ class TransformReader:
         """Return where a prim stands in the world: float64, shape [4, 4], acting on column vectors."""
         return np.array(self._cache.GetLocalToWorldTransform(prim)).T
 
-    def _check_operations(self, prim: Usd.Prim, authored: Authored) -> None:
+    def _check_operations(self, prim: Usd.Prim, order: object, authored: Authored) -> None:
         """Report entries of ``xformOpOrder`` for which there is no operation, and operations without an entry."""
-        order = prim.GetAttribute("xformOpOrder").Get()
         if order is not None and not isinstance(order, Vt.TokenArray):
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"not moved: xformOpOrder is {shown(order)}")
             return
         # A Vt array's own iterator takes ten times as long.
         listed = [] if order is None else [order[index] for index in range(len(order))]
-        for operation in listed:
-            if operation in authored.names or operation == _RESET or operation.removeprefix(_INVERT) in authored.names:
-                continue
+        missing = [
+            operation
+            for operation in listed
+            if not (operation == _RESET or {operation, operation.removeprefix(_INVERT)} & authored.names)
+        ]
+        for operation in missing:
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {operation}, which it does not have")
         idle = [name for name in authored.operations if name not in listed and _INVERT + name not in listed]
         if idle:
             message = f"not moved by {', '.join(idle)}, which its xformOpOrder does not name"
             self._report.warn(IDLE_OPERATION, prim.GetPath(), message)
+        if order is not None and not (missing or idle):
+            self._complete[authored] = order
 
 
-def _is_plainly_regular(local: Gf.Matrix4d, matrix: np.ndarray) -> bool:
+def _is_plainly_regular(local: Gf.Matrix4d) -> bool:
     """Return whether a transform is far from being singular: a tenth of the time of asking ``is_regular`` about one."""
     volume = local.GetRow3(0).GetLength() * local.GetRow3(1).GetLength() * local.GetRow3(2).GetLength()
-    return abs(local.GetDeterminant3()) > _PLAINLY * volume and math.isfinite(matrix.sum())
+    # Each number is a factor of the whole determinant, if with zeros: none that is not finite leaves it finite.
+    return abs(local.GetDeterminant3()) > _PLAINLY * volume and math.isfinite(local.GetDeterminant())
 
 
 def is_regular(matrices: np.ndarray) -> np.ndarray:

@@ -18,7 +18,16 @@ from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.usd import geometry, implicit
 from warp_rt.usd.authored import Authored, AuthoredReader
-from warp_rt.usd.context import COMPLEXITY, SHOWN, Context, apply_schemas, hand_down, own_level, own_purpose
+from warp_rt.usd.context import (
+    COMPLEXITY,
+    SHOWN,
+    Context,
+    apply_schemas,
+    hand_down,
+    has_unusual_children,
+    own_level,
+    own_purpose,
+)
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
@@ -106,31 +115,46 @@ class StageWalk:
         self._nesting += 1
         if self._nesting > self._limits.nesting:
             raise LimitError(f"{roots[0].GetPath()}: instances nested more than {self._limits.nesting} deep")
-        pending = [(prim, context) for prim in reversed(roots)]
+        if roots:
+            context = context._replace(is_proxy=roots[0].IsInstanceProxy())
+        pending = [(prim, context, True) for prim in reversed(roots)]
         while pending:
-            prim, above = pending.pop()
+            prim, above, may_be_unusual = pending.pop()
             self._visited += 1
             if self._visited > self._limits.prims:
                 raise LimitError(f"{prim.GetPath()}: the stage holds more than {self._limits.prims} prims")
             try:
-                passed_on = self._visit(prim, above, builder)
+                visited = self._visit(prim, above, may_be_unusual, builder)
             except Tf.ErrorException as error:
                 report_unreadable(prim, error, self._report, "left out with all below it")
                 continue
-            if passed_on is None:
+            if visited is None:
                 continue
-            children = passed_on.children(prim)
+            passed_on, children = visited
             if not children:
                 continue
             if prim.GetPath().pathElementCount > self._limits.depth:
                 raise LimitError(f"{prim.GetPath()}: prims nested more than {self._limits.depth} deep")
-            pending.extend([(child, passed_on) for child in reversed(children)])
+            may_be_unusual = has_unusual_children(prim)
+            pending.extend([(child, passed_on, may_be_unusual) for child in reversed(children)])
         self._nesting -= 1
         return builder
 
-    def _visit(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> Context | None:
-        """Add what a prim draws to the group; return what its children have from it, None to leave them out."""
-        if not prim.IsLoaded():
+    def _visit(
+        self, prim: Usd.Prim, above: Context, may_be_unusual: bool, builder: GroupBuilder
+    ) -> tuple[Context, Sequence[Usd.Prim]] | None:
+        """Add what a prim draws to the group.
+
+        Args:
+            prim: The prim.
+            above: What it has from those above it.
+            may_be_unusual: Whether it may be an instance, a model or not loaded.
+            builder: The group.
+
+        Returns:
+            What its children have from it, and those that are visited; None: nothing below it is.
+        """
+        if may_be_unusual and not prim.IsLoaded():
             self._report.warn(UNLOADED, prim.GetPath(), "its payload is not loaded: left out with all below it")
             return None
         prim_type = self._types.read(prim)
@@ -156,7 +180,7 @@ class StageWalk:
         if prim_type.schemas:
             self._read_schemas(prim, prim_type.schemas)
             here = apply_schemas(prim, here, prim_type.schemas, self._time, self._report)
-        if self._stand_ins is not None and prim.IsModel():
+        if may_be_unusual and self._stand_ins is not None and prim.IsModel():
             here = here._replace(
                 draw_mode=draw_mode(prim, above.draw_mode, self._report),
                 card_visibility=card_visibility(prim, above.card_visibility),
@@ -177,17 +201,20 @@ class StageWalk:
             self._report.warn(
                 UNKNOWN_TYPE, prim.GetPath(), f"USD has no prims of the type {kind}: it draws nothing itself"
             )
-        passed_on = hand_down(prim, here, authored, self._time, self._report)
+        is_instance = may_be_unusual and prim.IsInstance()
+        children = here.children(prim)
+        has_heirs = is_instance or kind == "PointInstancer" or bool(children)
+        passed_on = hand_down(prim, here, authored, has_heirs, self._time, self._report)
         if kind == "PointInstancer":
             if self._is_shown(here):
                 self._prototypes.add_point_instances(prim, passed_on, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
         if is_drawn:
             self._draw(prim, prim_type, authored, skin, here, passed_on, builder)
-        if prim.IsInstance():
+        if is_instance:
             self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
             return None
-        return passed_on
+        return passed_on, children
 
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
         """Add the cameras of an invisible prim, which one may look through all the same."""
@@ -208,9 +235,9 @@ class StageWalk:
                 return None
             if local.resets:
                 builder.is_absolute = True
-                here = here._replace(matrix=np.linalg.inv(above.world_from_group) @ local.matrix)
+                here = here.placed(np.linalg.inv(above.world_from_group) @ local.matrix)
             elif not local.is_identity:
-                here = here._replace(matrix=above.matrix @ local.matrix)
+                here = here.placed(above.matrix @ local.matrix)
         return here
 
     def _draw(
