@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
+
+_TESTED = 1 << 16  # numbers or rows at a time: what is computed on the way takes little memory
 
 
 def float_rows(value: Any) -> np.ndarray | None:
@@ -83,6 +86,42 @@ def double_rows(value: Any, width: int) -> np.ndarray | None:
     if array is None or (array.size and array.shape[1:] != (width,)):
         return None
     return array.astype(np.float64).reshape(-1, width)
+
+
+def hold_throughout(arrays: Sequence[np.ndarray], test: Callable[[np.ndarray], np.ndarray]) -> list[bool]:
+    """Return for each array whether a test holds for all of its rows; small ones are tested together.
+
+    Args:
+        arrays: Alike but for their length.
+        test: Returns for each row of such an array whether it holds: bool, shape [n].
+    """
+    holds = [True] * len(arrays)
+    small: list[int] = []
+    count = 0
+    for number, array in enumerate(arrays):
+        if len(array) > _TESTED:
+            starts = range(0, len(array), _TESTED)
+            holds[number] = all(bool(test(array[start : start + _TESTED]).all()) for start in starts)
+            continue
+        if count + len(array) > _TESTED:
+            _test_joined(arrays, small, test, holds)
+            small, count = [], 0
+        small.append(number)
+        count += len(array)
+    if small:
+        _test_joined(arrays, small, test, holds)
+    return holds
+
+
+def _test_joined(
+    arrays: Sequence[np.ndarray], chosen: Sequence[int], test: Callable[[np.ndarray], np.ndarray], holds: list[bool]
+) -> None:
+    found = [arrays[number] for number in chosen]
+    failing = np.flatnonzero(~test(np.concatenate(found)))
+    if len(failing):
+        ends = np.cumsum([len(array) for array in found])
+        for position in np.unique(np.searchsorted(ends, failing, "right")).tolist():
+            holds[chosen[position]] = False
 
 
 def _numbers(value: Any) -> np.ndarray | None:

@@ -79,7 +79,7 @@ class Context(NamedTuple):
 
     def placed(self, matrix: np.ndarray) -> Context:
         """Return the same at another place: group from prim, float64, shape [4, 4]."""
-        return self._make((matrix, *self[1:]))  # which takes a quarter of what _replace takes
+        return Context._make((matrix, *self[1:]))  # which takes a quarter of what _replace takes
 
     def children(self, prim: Usd.Prim) -> Sequence[Usd.Prim]:
         """Return the children of the prim that hands this on that are visited."""

@@ -101,7 +101,7 @@ class GprimReader:
         self._rows: dict[object, int] = {}
         """Row of the source with a certain key."""
 
-    def add(self, prim: Usd.Prim, context: Context, authored: Authored, skin: Skin | None) -> int:
+    def add(self, prim: Usd.Prim, context: Context, authored: Authored, skin: Skin | None, has_children: bool) -> int:
         """List a prim of one of ``geometry.TYPES``; return its row.
 
         Args:
@@ -109,6 +109,7 @@ class GprimReader:
             context: What its children have from it.
             authored: What it authors.
             skin: Deforms it.
+            has_children: Whether there are prims below it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
         path = prim.GetPath()
@@ -119,7 +120,7 @@ class GprimReader:
         level = context.level
         if level is None:
             level = self._levels.get(str(path), self._level) if self._levels else self._level
-        return self._add(prim, path, (key, level), Source(prim, authored, skin, *times, level), context)
+        return self._add(prim, path, (key, level), Source(prim, authored, skin, *times, level, has_children), context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""

@@ -9,16 +9,17 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom
+from pxr import Tf, Usd, UsdGeom, Vt
 
 from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
 from warp_rt.subdivision.surface import Surface
 from warp_rt.subdivision.topology import Topology
-from warp_rt.usd.arrays import integers, signed_integers, vector_rows
+from warp_rt.usd.arrays import hold_throughout, integers, signed_integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.cages import Cage, cut_cages, join_cages
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.plain_values import PlainRows, Request, read_plain_values
 from warp_rt.usd.polygons import BAD_TOPOLOGY, Polygons
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin, pose
@@ -37,6 +38,7 @@ SUBDIVISION_SCHEMES = (*SMOOTH_SCHEMES, "bilinear")
 _SCHEMES = (*SUBDIVISION_SCHEMES, "none")
 ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
+_PLAIN_TYPES = {"points": Vt.Vec3fArray, "faceVertexCounts": Vt.IntArray, "faceVertexIndices": Vt.IntArray}
 _JOINED_CORNERS = 1 << 17  # of meshes that are cut together: more saves no time, and takes memory
 
 
@@ -79,16 +81,19 @@ def read_meshes(sources: Sequence[Source], report: Report) -> list[MeshSource | 
     found: list[MeshSource | None] = []
     for group in _read_groups(sources, report):
         shapes = iter(_cut([mesh for mesh in group if mesh is not None and not mesh.is_refined], report))
+        drawn: list[tuple[_Mesh, _Shape] | None] = []
         for mesh in group:
             if mesh is None:
-                found.append(None)
+                drawn.append(None)
                 continue
             try:
                 shape = _refine(mesh, report) if mesh.is_refined else next(shapes)
-                found.append(_finish(mesh, shape, report) if len(shape.layout.triangles) else None)
+                drawn.append((mesh, shape) if len(shape.layout.triangles) else None)
             except Tf.ErrorException as error:
                 report_unreadable(mesh.source.prim, error, report)
-                found.append(None)
+                drawn.append(None)
+        finished = iter(_finish([one for one in drawn if one is not None], report))
+        found.extend(None if one is None else next(finished) for one in drawn)
     return found
 
 
@@ -112,7 +117,7 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
 
 def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
-    prim, authored, skin, time, carried_to, level = source
+    prim, authored, skin, time, carried_to, level, _ = source
     points = read_points(prim, time, carried_to) if carried_to else _read_array(prim, "points", time, report)
     counts = _read_array(prim, "faceVertexCounts", time, report)
     indices = _read_array(prim, "faceVertexIndices", time, report)
@@ -169,32 +174,93 @@ def _refine(mesh: _Mesh, report: Report) -> _Shape:
     return cage if cut.normals is None else replace(cage, normals=Primvar(cut.normals, cage.layout.triangles))
 
 
-def _finish(mesh: _Mesh, shape: _Shape, report: Report) -> MeshSource:
-    """Return the mesh of some triangles, with all that is looked up at their corners."""
+def _finish(drawn: Sequence[tuple[_Mesh, _Shape]], report: Report) -> list[MeshSource | None]:
+    """Return the meshes of some triangles, with all that is looked up at their corners; None for unreadable ones."""
+    requests = [
+        Request(mesh.source.prim, mesh.source.authored, mesh.source.time, _may_have_normals(mesh)) for mesh, _ in drawn
+    ]
+    plain = read_plain_values(requests, report)
+    found: list[tuple[_Shape, Primvar | None] | None] = []
+    for (mesh, shape), values in zip(drawn, plain, strict=True):
+        try:
+            found.append(_with_normals(mesh, shape, values.normals, report))
+        except Tf.ErrorException as error:
+            report_unreadable(mesh.source.prim, error, report)
+            found.append(None)
+    known = iter(hold_throughout([one[1].values for one in found if one and one[1]], _have_length))
+    built: list[MeshSource | None] = []
+    for (mesh, _), values, one in zip(drawn, plain, found, strict=True):
+        if one is None:
+            built.append(None)
+            continue
+        shape, normals = one
+        if normals is not None and not next(known):
+            normals = repair_normals(normals, shape.points, shape.layout.triangles)
+        try:
+            built.append(_built(mesh.source, shape, normals, values.primvars, report))
+        except Tf.ErrorException as error:
+            report_unreadable(mesh.source.prim, error, report)
+            built.append(None)
+    return built
+
+
+def _may_have_normals(mesh: _Mesh) -> bool:
+    """Return whether a mesh may have normals that count."""
+    return mesh.scheme == "none" and not mesh.source.authored.names.isdisjoint(_NORMALS)
+
+
+def _with_normals(mesh: _Mesh, shape: _Shape, plain: PlainRows | None, report: Report) -> tuple[_Shape, Primvar | None]:
+    """Return the triangles of a mesh, the right side out, and their normals, some of which may have no length."""
     prim, authored, skin, time, *_ = mesh.source
     if "orientation" in authored.names:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         if attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded":
             shape = _turned(shape)
-    layout, normals = shape.layout, shape.normals
-    if mesh.scheme == "none" and not authored.names.isdisjoint(_NORMALS):
-        normals = read_normals(UsdGeom.Mesh(prim), layout, time, report)
+    if _may_have_normals(mesh):
+        normals = None if plain is None else plain.lay_out(shape.layout)
+        if normals is None:
+            normals = read_normals(UsdGeom.Mesh(prim), shape.layout, time, report)
         if normals is not None and skin is not None:
-            normals = pose_normals(normals, layout, skin)
-    elif mesh.scheme != "none" and _has_normals(prim, authored.names, time):
+            normals = pose_normals(normals, shape.layout, skin)
+        return shape, normals
+    if mesh.scheme != "none" and _has_normals(prim, authored.names, time):
         message = f"its normals do not count: the subdivision surface ({mesh.scheme}) has its own"
         report.warn(UNUSED_NORMALS, prim.GetPath(), message)
-    slots, subsets = read_face_slots(prim, layout.face_count, time, report)
-    built = Mesh(
+    return shape, shape.normals
+
+
+def _built(
+    source: Source, shape: _Shape, normals: Primvar | None, plain: Sequence[PlainRows] | None, report: Report
+) -> MeshSource:
+    """Return the mesh of some triangles, with its primvars and subsets."""
+    layout = shape.layout
+    primvars: dict[str, Primvar] | None = None
+    if plain is not None:
+        laid_out = {rows.name: rows.lay_out(layout) for rows in plain}
+        found = {name: primvar for name, primvar in laid_out.items() if primvar is not None}
+        primvars = found if len(found) == len(laid_out) else None
+    if primvars is None:
+        primvars = read_primvars(source.prim, layout, source.time, report)
+    slots: np.ndarray | None = None
+    subsets: tuple[str, ...] = ()
+    if source.may_have_subsets:
+        slots, subsets = read_face_slots(source.prim, layout.face_count, source.time, report)
+    mesh = Mesh(
         points=shape.points,
         triangles=layout.triangles,
-        normals=None if normals is None else repair_normals(normals, shape.points, layout.triangles),
-        primvars=read_primvars(prim, layout, time, report) if authored.primvars else {},
+        normals=normals,
+        primvars=primvars,
         material_slots=None if slots is None else slots[layout.face_ids],
         face_ids=None if shape.is_one_to_one else layout.face_ids,
         is_closed=shape.is_closed,
     )
-    return MeshSource(built, subsets)
+    return MeshSource(mesh, subsets)
+
+
+def _have_length(vectors: np.ndarray) -> np.ndarray:
+    """Return which vectors are not zero, rounding aside: bool, shape [n]."""
+    x, y, z = vectors.astype(np.float64).T
+    return x * x + y * y + z * z > 0
 
 
 def _has_normals(prim: Usd.Prim, names: Collection[str], time: Usd.TimeCode) -> bool:
@@ -247,7 +313,7 @@ def _turned(shape: _Shape) -> _Shape:
 
 def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) -> Primvar | None:
     """Return normals without zero vectors: corners that had one take the geometric normal of their triangle."""
-    is_zero = ~(np.square(normals.values.astype(np.float64)).sum(axis=1) > 0)
+    is_zero = ~_have_length(normals.values)
     if not is_zero.any():
         return normals
     if normals.indices is None:
@@ -269,6 +335,8 @@ def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) 
 def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> np.ndarray:
     """Return points, shape [n, 3], or integers; of no length where they are absent or, told, of a wrong type."""
     value = prim.GetAttribute(name).Get(time)
+    if type(value) is _PLAIN_TYPES[name]:
+        return np.asarray(value)
     array = vector_rows(value, 3) if name == "points" else signed_integers(value)
     if array is not None:
         return array

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
@@ -58,14 +59,13 @@ class Layout:
 
     def element_counts(self, interpolation: str) -> tuple[int, ...]:
         """Return the numbers of elements that fit an interpolation; none if there is no such interpolation."""
-        counts = {
-            "constant": (1,),
-            "uniform": (self.face_count,),
-            "varying": (self.point_count,),
-            "vertex": (self.point_count,),
-            "faceVarying": (self.corner_count,),
-        }
-        return counts.get(interpolation, ())
+        if interpolation in ("vertex", "varying"):
+            return (self.point_count,)
+        if interpolation == "faceVarying":
+            return (self.corner_count,)
+        if interpolation == "uniform":
+            return (self.face_count,)
+        return (1,) if interpolation == "constant" else ()
 
     def elements(self, interpolation: str, count: int) -> np.ndarray | None:
         """Return which of ``count`` elements each triangle corner takes, int32, shape [m, 3]; None: the first."""
@@ -112,16 +112,24 @@ def read_primvars(prim: Usd.Prim, layout: Elements, time: Usd.TimeCode, report: 
 
 def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     """Return whether a primvar can hold a scalar or vector per element; joint weights and the like cannot."""
-    name = primvar.GetPrimvarName()
+    return is_declared_drawable(*primvar.GetDeclarationInfo())
+
+
+def is_declared_drawable(name: str, value_type: Sdf.ValueTypeName, interpolation: str, element_size: int) -> bool:
+    """Return whether a primvar that is declared so can hold a scalar or vector per element."""
     if name in WIDTHS:
         return True
-    type_name = primvar.GetTypeName()
     return (
-        primvar.GetElementSize() == 1
+        element_size == 1
         and not name.startswith("skel:")
-        and _NUMBER_TYPE.fullmatch(type_name.scalarType.cppTypeName) is not None
-        and (type_name.isArray or primvar.GetInterpolation() == "constant")
+        and _holds_numbers(value_type)
+        and (value_type.isArray or interpolation == "constant")
     )
+
+
+@functools.cache
+def _holds_numbers(value_type: Sdf.ValueTypeName) -> bool:
+    return _NUMBER_TYPE.fullmatch(value_type.scalarType.cppTypeName) is not None
 
 
 def read_primvar(

@@ -210,7 +210,7 @@ class StageWalk:
                 self._prototypes.add_point_instances(prim, passed_on, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
         if is_drawn:
-            self._draw(prim, prim_type, authored, skin, here, passed_on, builder)
+            self._draw(prim, prim_type, authored, skin, here, passed_on, bool(children), builder)
         if is_instance:
             self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
             return None
@@ -248,12 +248,13 @@ class StageWalk:
         skin: Skin | None,
         here: Context,
         passed_on: Context,
+        has_children: bool,
         builder: GroupBuilder,
     ) -> None:
         """Add a prim's geometry to the group, if it has any."""
         kind = prim_type.name
         if kind in geometry.TYPES:
-            row = self._gprims.add(prim, passed_on, authored, skin)
+            row = self._gprims.add(prim, passed_on, authored, skin, has_children)
             builder.add_gprim(row, _posed(here.matrix, skin), here.constants)
         elif kind in implicit.TYPES:
             shape = implicit.read_shape(prim, self._time, self._report)
