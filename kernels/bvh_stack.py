@@ -48,7 +48,7 @@ LANES_IN_ORDER = r"""
 """For AVX-512, after NODE_ROWS: the lane at each position of the order, in the low 4 bits."""
 
 # With AVX-512, a packed store writes the lanes of a mask without gaps.
-_PACKED_STORE = r"""
+PACKED_STORE = r"""
 #define WARP_RT_PACKED_STORE(stack, top, codes_, distances_, mask) { \
     *(ints_load*)((int*)(stack).codes.data + (top)) = \
         __builtin_ia32_compresssi512_mask((codes_), (ints)0, (mask)); \
@@ -81,7 +81,7 @@ _PUSH_CHILDREN = (
 #else
 """
     + VECTOR_TYPES
-    + _PACKED_STORE
+    + PACKED_STORE
     + r"""
     const floats enter_x = (WARP_RT_LOAD(near_x) - ray.origin[0]) * ray.inverse[0];
     const floats enter_y = (WARP_RT_LOAD(near_y) - ray.origin[1]) * ray.inverse[1];
@@ -165,7 +165,7 @@ _CULL_STACK = (
 #if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__)
 """
     + VECTOR_TYPES
-    + _PACKED_STORE
+    + PACKED_STORE
     + r"""
     for (int first = 0; first < top; first += 16) {
         const ints codes = WARP_RT_LOAD_INTS((const int*)stack.codes.data + first);

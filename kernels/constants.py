@@ -48,8 +48,9 @@ GROUP_FLOATS = wp.constant(588)
 GROUP_BOUNDS = wp.constant(576)
 """Word of a group at which its bounds begin."""
 
-GROUP_MIN = wp.constant(10)
-"""Rays of a group up to which each goes on by itself."""
+GROUP_FEW = wp.constant(16)
+"""Rays of a group up to which each is tested against all boxes of a node, instead of each box against all rays; half of
+GROUP or more, so that only one of a group's parts by octants needs bounds."""
 
 GROUP_SPAN = wp.constant(1024)
 """Successive rays among which groups are formed, by octants of their directions: far more than there are rays in the

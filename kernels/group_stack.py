@@ -198,7 +198,7 @@ def push_children_group(
         top: Entries on it.
 
     Reference: Boulos, Wald and Shirley (2006), Geometric and Arithmetic Culling Methods for Entire Ray Packets, for
-    the interval that drops children first; the rays are then tested one by one, sixteen at a time.
+    the interval that drops children first; boxes are then tested one by one, against sixteen rays at a time.
     """
     ...
 

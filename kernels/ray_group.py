@@ -286,3 +286,35 @@ _REACHING = (
 def rays_reaching(ends: wp.array[float], t: float, rays: wp.uint32) -> wp.uint32:
     """Return those of some rays of a group that have not ended before ``t``."""
     ...
+
+
+_OCTANT_OF_FIRST = (
+    r"""
+    const float* directions = (const float*)group.data + first + DIRECTION_ROW * GROUP;
+    const uint32_t first_bit = rays & (0u - rays);
+    uint32_t alike = rays;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float* values = directions + axis * GROUP;
+        uint32_t negative = 0;
+#if defined(__CUDA_ARCH__) || !defined(__clang__)
+        for (int ray = 0; ray < GROUP; ++ray)
+            negative |= (uint32_t)(values[ray] < 0.0f) << ray;
+#else
+"""
+    + VECTOR_TYPES
+    + r"""
+        for (int block = 0; block < GROUP; block += 16)
+            negative |= (uint32_t)WARP_RT_MASK(WARP_RT_LOAD(values + block) < 0.0f) << block;
+}
+#endif
+        alike &= negative & first_bit ? negative : ~negative;
+    }
+    return alike;
+"""
+)
+
+
+@wp.func_native(spell_out(_OCTANT_OF_FIRST, GROUP=GROUP, DIRECTION_ROW=DIRECTION_ROW))
+def rays_of_first_octant(group: wp.array[float], first: int, rays: wp.uint32) -> wp.uint32:
+    """Return those of some rays of a group, at least one, whose directions lie in the octant of the first one's."""
+    ...

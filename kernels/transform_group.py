@@ -20,7 +20,7 @@ _TRANSFORM = (
     const float* from = (const float*)group.data;
     float* lines = (float*)group.data + GROUP_FLOATS;
     const auto& at = instances.data[record];
-    uint32_t finite = 0, negative[3] = {0, 0, 0};
+    uint32_t finite = 0;
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     for (int ray = 0; ray < GROUP; ++ray) {
         float total = 0.0f;
@@ -31,7 +31,6 @@ _TRANSFORM = (
             const float sum = ((0.0f + m[0] * in[0]) + m[1] * in[GROUP]) + m[2] * in[2 * GROUP];
             const float value = sum + m[3] * (row < 3 ? 1.0f : 0.0f);
             lines[out * GROUP + ray] = value;
-            negative[axis] |= (uint32_t)(row >= 3 && value < 0.0f) << ray;
             total += value;
         }
         finite |= (uint32_t)(total - total == 0.0f) << ray;
@@ -50,8 +49,6 @@ _TRANSFORM = (
             const floats sum = sum_y + m[2] * WARP_RT_LOAD(in + 2 * GROUP);
             const floats value = sum + m[3] * (row < 3 ? 1.0f : 0.0f);
             *(floats_load*)(lines + out * GROUP + block) = value;
-            if (row >= 3)
-                negative[axis] |= (uint32_t)WARP_RT_MASK(value < 0.0f) << block;
             total += value;
         }
         finite |= (uint32_t)WARP_RT_MASK(total - total == 0.0f) << block;
@@ -61,11 +58,7 @@ _TRANSFORM = (
 """
     + PREPARE_RAYS
     + r"""
-    uint32_t together = rays & finite;
-    const uint32_t first_bit = together & (0u - together);
-    for (int axis = 0; axis < 3; ++axis)
-        together &= negative[axis] & first_bit ? negative[axis] : ~negative[axis];
-    return together;
+    return rays & finite;
 """
 )
 
@@ -76,8 +69,7 @@ def transform_group(
 ) -> wp.uint32:
     """Write all rays of the group at word 0 to the one at GROUP_FLOATS, in the space of an instance's mesh.
 
-    Each as ``transform_ray`` does it. Returns those of ``rays`` that are finite and have the octant of the first one
-    that is: they can go on as a group.
+    Each as ``transform_ray`` does it. Returns those of ``rays`` that are finite there.
 
     Args:
         instances: Instance records.
@@ -93,15 +85,10 @@ def transform_group_plain(
     instances: wp.array[InstanceRecord], record: int, group: wp.array[float], rays: wp.uint32
 ) -> wp.uint32:
     """Return and write what ``transform_group`` does, in plain Warp."""
-    together = wp.uint32(0)
-    octant = int(-1)
+    finite = wp.uint32(0)
     for index in range(wp.int32(GROUP)):
         ray = transform_ray(instances[record], group_ray(group, 0, index))
         set_group_ray(group, GROUP_FLOATS, index, ray)
-        bit = wp.uint32(1) << wp.uint32(index)
-        if (rays & bit) != wp.uint32(0) and is_ray_finite(ray.origin, ray.direction):
-            if octant < 0:
-                octant = ray.octant
-            if ray.octant == octant:
-                together = together | bit
-    return together
+        if is_ray_finite(ray.origin, ray.direction):
+            finite = finite | (wp.uint32(1) << wp.uint32(index))
+    return rays & finite

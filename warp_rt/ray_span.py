@@ -14,6 +14,8 @@ from warp_rt.kernels.constants import FLIGHTS, GROUP, GROUP_FLOATS, GROUP_SPAN, 
 from warp_rt.kernels.group_stack import GroupStack
 from warp_rt.kernels.trace_span import RaySpan
 
+_OCTANTS = 8
+
 
 def take_ray_span(accel: Accel) -> RaySpan:
     """Return what one worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives.
@@ -42,8 +44,9 @@ def _make_ray_span(accel: Accel) -> RaySpan:
     group.single_stack.codes = _empty(accel.stack_size + WIDTH, int)
     group.single_stack.distances = _empty(accel.stack_size + WIDTH, float)
     group.stack = GroupStack()
-    group.stack.codes, group.stack.rays = _empty(accel.stack_size, int), _empty(accel.stack_size, wp.uint32)
-    group.stack.distances = _empty(accel.stack_size, float)
+    entries = accel.stack_size + _OCTANTS + WIDTH  # the rays in an instance are up to eight parts
+    group.stack.codes, group.stack.rays = _empty(entries, int), _empty(entries, wp.uint32)
+    group.stack.distances = _empty(entries, float)
     span = RaySpan()
     span.order, span.sizes = _empty(9 * GROUP_SPAN, int), _empty(9, int)
     span.group = group

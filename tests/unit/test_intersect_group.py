@@ -20,8 +20,16 @@ from warp_rt.kernels.constants import (
 )
 from warp_rt.kernels.gather_rays import load_group, load_group_plain
 from warp_rt.kernels.group_stack import GroupStack, push_children_group, push_children_group_plain
+from warp_rt.kernels.group_stack_each import push_children_of_each, push_children_of_each_plain
 from warp_rt.kernels.intersect_group import meet_triangles, meet_triangles_plain
-from warp_rt.kernels.ray_group import bound_group, bound_group_plain, greatest_end, group_ray, rays_reaching
+from warp_rt.kernels.ray_group import (
+    bound_group,
+    bound_group_plain,
+    greatest_end,
+    group_ray,
+    rays_of_first_octant,
+    rays_reaching,
+)
 from warp_rt.kernels.ray_set import count_rays, drop_first, first_ray
 from warp_rt.kernels.trace_span import are_scattered, sort_by_octant, sort_by_octant_plain
 from warp_rt.kernels.transform_group import transform_group, transform_group_plain
@@ -61,6 +69,9 @@ def compare_transforms(
     i = wp.tid()
     together_out[0, i] = transform_group(instances, i, groups_out[0, i], rays[i])
     together_out[1, i] = transform_group_plain(instances, i, groups_out[1, i], rays[i])
+    for twin in range(2):
+        if together_out[twin, i] != wp.uint32(0):
+            together_out[twin, i] = rays_of_first_octant(groups_out[twin, i], GROUP_FLOATS, together_out[twin, i])
     if together_out[0, i] != wp.uint32(0):
         bound_group(groups_out[0, i], GROUP_FLOATS, together_out[0, i])
         bound_group_plain(groups_out[1, i], GROUP_FLOATS, together_out[0, i])
@@ -91,17 +102,22 @@ def compare_boxes(
 ):
     i = wp.tid()
     t_end = greatest_end(ends[i])
-    for twin in range(2):
+    for twin in range(4):
         stack = GroupStack()
         stack.codes = codes_out[twin, i]
         stack.distances = distances_out[twin, i]
         stack.rays = rays_out[twin, i]
         if twin == 0:
             tops_out[0, i] = push_children_group(nodes, leaves, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0)
-        else:
+        elif twin == 1:
             tops_out[1, i] = push_children_group_plain(
                 nodes, leaves, i, groups[i], 0, rays[i], ends[i], t_end, stack, 0
             )
+        elif rays[i] != wp.uint32(0):
+            if twin == 2:
+                tops_out[2, i] = push_children_of_each(nodes, i, groups[i], 0, rays[i], ends[i], stack, 0)
+            else:
+                tops_out[3, i] = push_children_of_each_plain(nodes, i, groups[i], 0, rays[i], ends[i], stack, 0)
     for index in range(wp.int32(GROUP)):
         alone = Stack()
         alone.codes = alone_codes_out[i, index]
@@ -284,7 +300,7 @@ def test_boxes(device: str) -> None:
     words = (lanes.reshape(COUNT, 8, 8, 2) << (4 * np.arange(8, dtype=np.uint64))[:, None]).sum(axis=2)
     nodes[:, 7 * WIDTH :] = words.astype(np.uint32).view(np.float32).reshape(COUNT, WIDTH)
     sets = random_sets(rng, counts)
-    shapes = [((2, COUNT), int), ((2, COUNT, ROOM), int), ((2, COUNT, ROOM), float), ((2, COUNT, ROOM), wp.uint32)]
+    shapes = [((4, COUNT), int), ((4, COUNT, ROOM), int), ((4, COUNT, ROOM), float), ((4, COUNT, ROOM), wp.uint32)]
     shapes += [((COUNT, GROUP), int), ((COUNT, GROUP, ROOM), int), ((COUNT, GROUP, ROOM), float)]
     tops, codes, distances, rays, alone_tops, alone_codes, alone_distances = launch(
         compare_boxes,
@@ -299,23 +315,30 @@ def test_boxes(device: str) -> None:
         [wp.zeros(shape, dtype=dtype, device=device) for shape, dtype in shapes],
         device,
     )
-    np.testing.assert_array_equal(tops[0], tops[1])
     used = np.arange(ROOM) < tops[0][:, None]
     assert 0.05 < used.mean() < 0.6
-    for native, plain in (codes, distances, rays):
-        np.testing.assert_array_equal(native[used], plain[used])
+    for twin in range(1, 4):
+        np.testing.assert_array_equal(tops[twin], tops[0])
+        np.testing.assert_array_equal(codes[twin][used], codes[0][used])
+        np.testing.assert_array_equal(rays[twin][used], rays[0][used])
+    np.testing.assert_array_equal(distances[1][used], distances[0][used])
+    np.testing.assert_array_equal(distances[3][used], distances[2][used])
     # what single rays find, in the same order: each child that one of the set meets, with all of those
     for i in range(COUNT):
         pushed = codes[0, i, : tops[0, i]].tolist()
         bounds = dict(zip(pushed, distances[0, i].tolist(), strict=False))
+        nearest = dict(zip(pushed, distances[2, i].tolist(), strict=False))
         found: dict[int, int] = {}
+        least_t: dict[int, float] = {}
         for index in np.flatnonzero(sets[i] >> np.arange(GROUP, dtype=np.uint32) & 1):
             mine = alone_codes[i, index, : alone_tops[i, index]].tolist()
             assert [code for code in pushed if code in mine] == mine
             for code, t in zip(mine, alone_distances[i, index].tolist(), strict=False):
                 found[code] = found.get(code, 0) | 1 << int(index)
+                least_t[code] = min(least_t.get(code, np.inf), t)
                 assert bounds[code] <= t
         assert found == dict(zip(pushed, rays[0, i].tolist(), strict=False))
+        assert least_t == nearest
 
 
 def test_triangles(device: str) -> None:
