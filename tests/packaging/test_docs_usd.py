@@ -303,6 +303,11 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/m"},
     ),
     "N921": ('def Sphere "s" { double3 xformOp:translate = (1, 0, 0)\n}', {"/s"}),
+    "N922": (
+        'def "a" (instanceable = true\nreferences = </c>) { over "s" {} }\nclass "c" { def Sphere "s" {} }',
+        {"/a"},
+    ),
+    "N923": (instancer(ONE + "rel prototypes = </i/p>", 'def Sphere "p" {}\ndef Camera "c" {}'), {"/i"}),
     "N914": (
         bound(
             shader("UsdPreviewSurface", "float inputs:displacement = 1\ntoken outputs:displacement"),

@@ -408,6 +408,68 @@ def test_prototypes_may_be_native_instances_overs_and_prims_elsewhere() -> None:
     }
 
 
+def test_what_usd_passes_over_below_instances_is_noted() -> None:
+    """Opinions below an instance count in what it refers to alone, of which variants of its own are part."""
+    body = (
+        PROTOTYPE
+        + f"""
+    def "plain" (
+        instanceable = true
+        references = </P>
+        variants = {{ string v = "a" }}
+        prepend variantSets = "v"
+    ) {{
+        {translate(1)}
+        variantSet "v" = {{
+            "a" {{
+                over "m" {{ {translate(0, 7)} }}
+            }}
+        }}
+    }}
+    def "changed" (
+        instanceable = true
+        references = </P>
+    ) {{
+        over "m" {{ {translate(0, 9)} }}
+        over "n" {{ }}
+    }}
+    """
+    )
+    scene = load(body)
+    assert places(scene) == {"/plain": [1, 7, 0], "/changed": [0, 1, 0]}
+    assert [(record.code, record.prim) for record in scene.diagnostics] == [("N922", "/changed")]
+    assert "about m, n below" in scene.diagnostics[0].message
+
+
+def test_what_is_below_an_instancer_and_no_prototype_is_noted_once() -> None:
+    body = f"""
+    def PointInstancer "I" {{
+        rel prototypes = [</I/P/m>, </I/Q>]
+        int[] protoIndices = [0, 1]
+        point3f[] positions = [(1, 0, 0), (2, 0, 0)]
+        def Scope "P" {{
+            def Mesh "m" {{ {TRIANGLE}
+                def Mesh "child" {{ {TRIANGLE} }}
+            }}
+            def Mesh "spare" {{ {TRIANGLE} }}
+            def Scope "empty" {{ }}
+        }}
+        def Xform "Q" {{
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}
+        over "O" {{
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}
+        def SphereLight "light" {{ }}
+    }}
+    """
+    scene = load(body)
+    assert len(scene.instances) == 3
+    assert scene.lights == ()
+    assert [(record.code, record.prim) for record in scene.diagnostics] == [("N923", "/I")]
+    assert scene.diagnostics[0].message.startswith("/I/P/spare and 1 more prims below it")
+
+
 @pytest.mark.parametrize("is_plain_first", [True, False])
 def test_class_prims_of_an_asset_show_in_prototypes_of_instancers_alone(is_plain_first: bool) -> None:
     """An asset that is instanced plainly and by an instancer is drawn by each as if the other were not there."""
@@ -494,7 +556,7 @@ def test_a_prototype_that_is_missing_is_named_and_an_empty_instancer_is_not() ->
     scene = load(
         instancer("int[] protoIndices = [0]\npoint3f[] positions = [(0,0,0)]").replace("</I/protos/p>", "</no>")
     )
-    assert codes(scene) == ["W121", "N905"]
+    assert codes(scene) == ["N923", "W121", "N905"]
     scene = load(instancer(""))
     assert codes(scene) == ["N905"]
     assert len(scene.instances) == 0

@@ -9,6 +9,7 @@ from pxr import Usd
 from warp_rt.report import Report
 from warp_rt.scene import Mesh
 from warp_rt.usd.authored import AuthoredReader
+from warp_rt.usd.load import load_stage
 from warp_rt.usd.mesh import read_meshes
 from warp_rt.usd.sources import MeshSource, Source
 from warp_rt.usd.volumes import encloses_volume
@@ -362,6 +363,24 @@ def test_a_subset_with_a_material_but_of_no_family_is_named() -> None:
     )
     assert read(f"{SQUARES}\n{subset}".replace("FAMILY", ""))[1] == ["W111"]
     assert read(f"{SQUARES}\n{subset}".replace("FAMILY", 'uniform token familyName = "materialBind"'))[1] == []
+
+
+@pytest.mark.parametrize("above", ["Xform", "Cube", "Points", ""])
+def test_subsets_of_what_has_none_are_named_where_they_have_a_material(above: str) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        def {above} "a" {{
+            def GeomSubset "bound" (prepend apiSchemas = ["MaterialBindingAPI"]) {{ rel material:binding = </M>
+            }}
+            def GeomSubset "plain" {{}}
+        }}
+        def Material "M" {{}}
+        """
+    )
+    told = {record.prim: record.code for record in load_stage(stage).diagnostics}
+    assert told["/a/bound"] == "W111"
+    assert "/a/plain" not in told
 
 
 @pytest.mark.parametrize("interpolation", ["varying", "vertex", "faceVarying", "uniform"])

@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdGeom
 from warp_rt.instance_paths import NumberedPaths
 from warp_rt.report import Report
 from warp_rt.usd.bindings import read_bindings
-from warp_rt.usd.context import SHOWN_IN_PROTOTYPE, Context, said_above
+from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
@@ -24,6 +24,8 @@ from warp_rt.usd.primvars import constants_of_instances, inherited_constants
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
 CYCLE = "W123"
+IDLE_OPINION = "N922"
+IDLE_CHILD = "N923"
 
 
 WalkGroup = Callable[[Sequence[Usd.Prim], Context], GroupBuilder]
@@ -42,6 +44,7 @@ class Prototypes:
 
     def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report, base_time: Usd.TimeCode) -> None:
         self._stage = stage
+        self._layers = stage.GetLayerStack()
         self._time = time
         self._base_time = base_time
         self._report = report
@@ -63,6 +66,7 @@ class Prototypes:
             builder: Takes the copy.
             walk_group: Walks the prototype.
         """
+        self._note_opinions_below(prim)
         # Below a SkelRoot each instance has a pose of its own.
         pose = prim.GetPath() if context.is_skinned else None
         style = (
@@ -100,6 +104,7 @@ class Prototypes:
             walk_group: Walks the prototypes.
         """
         instances = read_point_instances(prim, *read_times(prim, self._time, self._base_time), self._report)
+        self._note_children(prim, instances.prototypes)
         name = context.name(prim)
         own = constants_of_instances(prim, self._time, self._report)  # of prototypes elsewhere too
         for row, path in enumerate(instances.prototypes):
@@ -118,6 +123,32 @@ class Prototypes:
                 {key: np.tile(value, (len(chosen), 1)) for key, value in inherited.items()},
                 {key: values[chosen] for key, values in instances.values.items()},
             )
+
+    def _note_opinions_below(self, instance: Usd.Prim) -> None:
+        """Note what the stage's own layers say below an instance, which USD does not compose."""
+        path = instance.GetPath()
+        specs = [layer.GetPrimAtPath(path) for layer in self._layers] if not instance.IsInstanceProxy() else []
+        names = sorted({child.name for spec in specs if spec for child in spec.nameChildren})
+        if names:
+            message = f"opinions about {', '.join(names)} below it do not count, for it is instanceable"
+            self._report.warn(IDLE_OPINION, path, message)
+
+    def _note_children(self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path]) -> None:
+        """Note what stands below a PointInstancer and belongs to none of its prototypes: nothing draws it."""
+        idle = []
+        pending = instancer.GetFilteredChildren(SHOWN)[::-1]
+        while pending:
+            prim = pending.pop()
+            if prim.GetPath() in prototypes:
+                continue
+            if prim.IsA(UsdGeom.Boundable) or prim.IsA(UsdGeom.Camera) or prim.IsInstance():
+                idle.append(prim.GetPath())
+            else:
+                pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])
+        if idle:
+            more = f" and {len(idle) - 1} more prims" if len(idle) > 1 else ""
+            message = f"{idle[0]}{more} below it, but of none of its prototypes: not drawn"
+            self._report.warn(IDLE_CHILD, instancer.GetPath(), message)
 
     def _instancer_group(
         self, instancer: Usd.Prim, path: Sdf.Path, context: Context, own: frozenset[str], walk_group: WalkGroup

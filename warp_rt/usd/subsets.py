@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,19 @@ from warp_rt.usd.arrays import integers
 
 _ALL = Usd.TraverseInstanceProxies()
 
+OWNERS = ("Mesh", "TetMesh", "NurbsPatch")
+"""Types whose subsets may have a material of their own."""
+
 OVERLAP = "W110"
 BAD_FACE = "W111"
+
+
+def report_misplaced(prim: Usd.Prim, bindings: Sequence[str], report: Report) -> None:
+    """Report a GeomSubset that nobody asks for its material: see ``Authored.bindings``."""
+    parent = prim.GetParent()
+    if bindings and parent.GetTypeName() not in OWNERS:
+        what = f"the {parent.GetTypeName()} above" if parent.GetTypeName() else "what is above"
+        report.warn(BAD_FACE, prim.GetPath(), f"its material left out: {what} has no subsets with materials")
 
 
 @dataclass(frozen=True, eq=False)

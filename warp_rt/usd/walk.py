@@ -37,6 +37,7 @@ from warp_rt.usd.schemas import PrimType, TypeReader, read_labels, report_ignore
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
 from warp_rt.usd.stage import UNLOADED
+from warp_rt.usd.subsets import report_misplaced
 from warp_rt.usd.transforms import TransformReader
 from warp_rt.usd.visibility import is_invisible
 
@@ -197,6 +198,8 @@ class StageWalk:
             builder.add_camera(PlacedPrim(prim, here.matrix, here.name(prim)))
         elif kind in _RENDER_TYPES:
             self.render_prims.append(str(prim.GetPath()))
+        elif kind == "GeomSubset":
+            report_misplaced(prim, authored.bindings, self._report)
         elif not prim_type.is_known:
             self._report.warn(
                 UNKNOWN_TYPE, prim.GetPath(), f"USD has no prims of the type {kind}: it draws nothing itself"
