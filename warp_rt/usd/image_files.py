@@ -20,19 +20,12 @@ from pxr import Ar
 
 from warp_rt.errors import SceneError
 from warp_rt.usd.radiance_hdr import radiance_size, read_radiance
+from warp_rt.usd.wide_tiff import read_wide_tiff, wide_tiff
 
 MAX_TEXELS = 1 << 27  # 16384 x 8192, the largest sky in common use; 512 MiB of 8-bit texels
 _PILLOW_FORMATS = ("PNG", "JPEG", "TGA", "BMP", "TIFF", "WEBP")
-# Unpackers of 16-bit channels: each keeps one byte of two; its partner keeps the other, or all (grey with alpha).
-_OTHER_BYTES = {
-    "RGB;16B": "RGB;16L",
-    "RGB;16L": "RGB;16B",
-    "RGB;16N": "RGB;16B",
-    "RGBA;16B": "RGBA;16L",
-    "RGBA;16L": "RGBA;16B",
-    "RGBA;16N": "RGBA;16B",
-    "LA;16B": "RGBA",
-}
+# Unpackers of 16-bit PNG: each keeps one byte of two; its partner keeps the other, or all (grey with alpha).
+_OTHER_BYTES = {"RGB;16B": "RGB;16L", "RGBA;16B": "RGBA;16L", "LA;16B": "RGBA"}
 _MAX_HALF = 65504.0  # largest finite half float: what infinite texels of skies become
 
 
@@ -72,6 +65,10 @@ def read_image_file(path: str) -> ImageFile:
             return _image_file(read_radiance(data))
         if data.startswith(b"\x76\x2f\x31\x01"):
             return _read_exr(data)
+        wide = wide_tiff(data)
+        if wide is not None:
+            _check_size(wide.width, wide.height)
+            return _image_file(read_wide_tiff(data, wide))
         return _read_with_pillow(data)
     except SceneError:
         raise
@@ -104,25 +101,35 @@ def _image_file(channels: np.ndarray) -> ImageFile:
 def _read_exr(data: bytes) -> ImageFile:
     import OpenEXR  # here, for few scenes hold one and the import costs as much as numpy's
 
-    low, high = OpenEXR.File(io.BytesIO(data), separate_channels=True, header_only=True).header()["dataWindow"]
+    headers = OpenEXR.File(io.BytesIO(data), separate_channels=True, header_only=True)
+    part, names = _exr_picture([[channel.name for channel in part.header["channels"]] for part in headers.parts])
+    low, high = headers.header(part)["dataWindow"]
     _check_size(int(high[0]) - int(low[0]) + 1, int(high[1]) - int(low[1]) + 1)
-    channels = OpenEXR.File(io.BytesIO(data), separate_channels=True).channels()
-    names = _exr_channel_names(list(channels))
+    channels = OpenEXR.File(io.BytesIO(data), separate_channels=True).channels(part)
     planes = [channels[name].pixels for name in names]
     if any(plane is None or plane.shape != planes[0].shape for plane in planes):
         raise SceneError("subsampled channels are not supported")
     return _image_file(np.stack(planes, axis=-1).astype(np.float32))
 
 
+def _exr_picture(parts: Sequence[Sequence[str]]) -> tuple[int, list[str]]:
+    """Return the first part that holds a picture, and the channels that make it up; ``parts`` are their names."""
+    for part, names in enumerate(parts):
+        found = _exr_channel_names(names)
+        if found:
+            return part, found
+    raise SceneError(f"no colour among its channels {', '.join([name for names in parts for name in names][:8])}")
+
+
 def _exr_channel_names(names: Sequence[str]) -> list[str]:
-    """Return the channels that make up the picture: R, G, B, A or Y, A, else those of the first layer that has them."""
+    """Return the channels that make up the picture: R, G, B, A or Y, A, else those of the first layer; empty: none."""
     layers = sorted({name.rpartition(".")[0] for name in names}, key=lambda layer: (layer != "", layer))
     for layer in layers:
         prefix = f"{layer}." if layer else ""
         for wanted in (("R", "G", "B", "A"), ("R", "G", "B"), ("Y", "A"), ("Y",), ("R", "G"), ("R",)):
             if all(prefix + name in names for name in wanted):
                 return [prefix + name for name in wanted]
-    raise SceneError(f"no colour among its channels {', '.join(names[:8])}")
+    return []
 
 
 # --- Pillow
@@ -142,28 +149,53 @@ def _read_with_pillow(data: bytes) -> ImageFile:
         wide = _read_wide(data, image)
         if wide is not None:
             return wide
+        rawmode = _rawmode(image.tile[0]) if image.tile else ""
         image.load()
-    return _image_file(_channels(image))
+    return _image_file(_channels(image, rawmode))
 
 
-def _channels(image: PilImage.Image) -> np.ndarray:
-    """Return a loaded image as channels, shape [height, width, 1 to 4], uint8 or float32."""
+def _channels(image: PilImage.Image, rawmode: str) -> np.ndarray:
+    """Return a loaded image as channels, shape [height, width, 1 to 4], uint8 or float32.
+
+    Args:
+        image: The image.
+        rawmode: How its file has it.
+    """
     mode = image.mode
     if mode.startswith("I;16"):
-        return np.asarray(image, np.float32)[..., None] / np.float32(65535)
+        grey = np.asarray(image, np.float32)[..., None]
+        return _with_clear(grey / np.float32(65535), grey, image)
     if mode == "I":
         # 32-bit integers have no agreed scale; full range of the unsigned 16-bit data that they usually hold.
         return np.asarray(image, np.float32)[..., None] / np.float32(65535)
     if mode == "F":
         return np.asarray(image, np.float32)[..., None]
-    has_alpha = mode in ("LA", "La", "PA", "RGBA", "RGBa") or "transparency" in image.info
+    if mode == "L" and rawmode in ("L;2", "L;4") and "transparency" in image.info:
+        # Pillow makes 8 bits of a PNG's 2 or 4, but leaves the value that is clear as it is.
+        grey = np.asarray(image)[..., None]
+        return _with_clear(grey, grey // (255 // (2 ** int(rawmode[2:]) - 1)), image)
+    has_alpha = (
+        mode in ("LA", "La", "PA", "RGBA", "RGBa")
+        or "transparency" in image.info
+        or (image.palette is not None and image.palette.mode == "RGBA")
+    )
     target = ("L" if mode in ("1", "L", "LA", "La") else "RGB") + ("A" if has_alpha else "")
     channels = np.asarray(image if mode == target else image.convert(target))
     return channels.reshape(*channels.shape[:2], -1)
 
 
+def _with_clear(channels: np.ndarray, codes: np.ndarray, image: PilImage.Image) -> np.ndarray:
+    """Return channels with alpha where a PNG has a colour that is clear, which ``codes`` are compared with."""
+    clear = image.info.get("transparency")
+    if not isinstance(clear, int | tuple):
+        return channels
+    opaque = 255 if channels.dtype == np.uint8 else 1
+    alpha = np.where((codes == np.array(clear)).all(axis=2, keepdims=True), 0, opaque).astype(channels.dtype)
+    return np.concatenate([channels, alpha], axis=2)
+
+
 def _read_wide(data: bytes, image: PilImageFile.ImageFile) -> ImageFile | None:
-    """Return a 16-bit image of several channels, or None if it is not one.
+    """Return a 16-bit PNG of several channels, or None if it is not one.
 
     Pillow keeps only the more significant byte of such channels. Decoded a second time by the unpacker of
     ``_OTHER_BYTES`` it gives the rest.
@@ -179,7 +211,8 @@ def _read_wide(data: bytes, image: PilImageFile.ImageFile) -> ImageFile | None:
     high, low = np.asarray(image, np.float32), np.asarray(other, np.float32)
     if rawmodes[0] == "LA;16B":
         high, low = low[..., 0::2], low[..., 1::2]
-    return _image_file((high * 256 + low) / np.float32(65535))
+    codes = high * 256 + low
+    return _image_file(_with_clear(codes / np.float32(65535), codes, image))
 
 
 def _rawmode(tile: Any) -> str:
