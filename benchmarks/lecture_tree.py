@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from warp_rt.forest import build_binary_forest, refer_to_triangles
+from warp_rt.forest import build_binary_trees, refer_to_triangles
 from warp_rt.jobs import Executor, as_warp
 from warp_rt.kernels.bounds import intersect_box, inverse_direction
 from warp_rt.kernels.bvh_structs import BinaryTrees
@@ -200,7 +200,7 @@ def build_tree(mesh: TriangleMesh, builder: str) -> LectureTree:
     points, triangles = as_warp(mesh.points, wp.vec3), as_warp(mesh.triangles.reshape(-1), wp.int32)
     executor = Executor("cpu", Workers(None))
     references = refer_to_triangles(points, triangles, np.array([len(mesh.triangles)], np.int32), executor)
-    binary = build_binary_forest(references, leaf_size=1, builder=builder, workers=executor.workers)
+    trees, roots = build_binary_trees(references, leaf_size=1, builder=builder, executor=executor)
     count = len(mesh.triangles)
     tree = LectureTree()
     tree.corners = corners_of(mesh)
@@ -211,7 +211,7 @@ def build_tree(mesh: TriangleMesh, builder: str) -> LectureTree:
     )
     leaves = wp.empty(count, dtype=int, device="cpu")
     outputs = [tree.low, tree.high, tree.right, tree.triangle, leaves, first_leaf]
-    wp.launch(copy_nodes, 1, inputs=[binary.trees, int(binary.roots[0])], outputs=outputs, device="cpu")
+    wp.launch(copy_nodes, 1, inputs=[trees, int(roots.numpy()[0])], outputs=outputs, device="cpu")
     inputs = [tree, leaves, first_leaf, leaf_counts]
     wp.launch(enclose_spheres, 1, inputs=inputs, outputs=[tree.center, tree.radius], device="cpu")
     return tree

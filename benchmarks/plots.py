@@ -32,12 +32,14 @@ COLORS = {
     "warp_rt, median": ORANGE,
     "warp_rt, midpoint": PURPLE,
     "warp_rt, lbvh": SKY,
+    "warp_rt, ploc": INK,
 }
 TREE_COLORS = {
     "brute force": BLUE,
     "lbvh": SKY,
     "median": ORANGE,
     "midpoint": PURPLE,
+    "ploc": INK,
     "sah": VERMILION,
 }
 
@@ -107,7 +109,8 @@ def draw_ratios(rows: Sequence[results.Row]) -> Any:
 
 
 def draw_build(rows: Sequence[results.Row]) -> Any:
-    """Return seconds of building by triangles, a panel a number of threads."""
+    """Return seconds of building on the CPU by triangles, a panel a number of threads."""
+    rows = [row for row in rows if "device" not in row]
     counts = sorted({row["threads"] for row in rows})
     figure, axes = panels(1, len(counts), height=3.6)
     for axis, threads in zip(axes.flat, counts, strict=True):

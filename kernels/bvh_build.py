@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Builders of the binary tree: midpoint, median, surface area heuristic (SAH), and linear by Morton codes (LBVH).
+"""Builders of the binary tree from the top down: midpoint, median, surface area heuristic (SAH).
 
 A builder is a function that splits a range of references in two, moving them in place; everything else is shared.
 The tree depends on the references and the builder alone, never on how ranges were dealt to threads.
@@ -10,18 +10,16 @@ import warp as wp
 
 from .bounds import widest_axis
 from .bvh_collapse import evaluate_costs
-from .bvh_references import measure_range
-from .bvh_sah import partition_slices, slices_per_unit, split_sah, xyz
+from .bvh_references import measure_range, xyz
+from .bvh_sah import partition_slices, slices_per_unit, split_sah
 from .bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange, Reference
 from .constants import BUILD_STACK, SAH_BINS
-from .morton import morton_code
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 SAH = wp.constant(0)
 MEDIAN = wp.constant(1)
 MIDPOINT = wp.constant(2)
-LBVH = wp.constant(3)
 
 
 # --- splits: each returns the first reference of the right half, or -1 for a range that it cannot tell apart
@@ -99,36 +97,11 @@ def split_median(references: wp.array[Reference], work: BuildRange) -> int:
 
 
 @wp.func
-def split_morton(codes: wp.array[wp.uint64], work: BuildRange) -> int:
-    """Split where the highest bit that differs within the range changes; references are sorted by Morton code.
-
-    Reference: Lauterbach et al. (2009), Fast BVH Construction on GPUs, Eurographics, section 4.
-    """
-    low = int(work.first)
-    high = int(work.first + work.count - 1)
-    difference = codes[low] ^ codes[high]
-    if difference == wp.uint64(0):
-        return -1
-    for shift in range(6):
-        difference = difference | (difference >> wp.uint64(1 << shift))
-    bit = difference ^ (difference >> wp.uint64(1))
-    # The bit is clear at low and set at high; keep it so until they are neighbours.
-    while high - low > 1:
-        middle = (low + high) // 2
-        if (codes[middle] & bit) == wp.uint64(0):
-            low = int(middle)
-        else:
-            high = int(middle)
-    return high
-
-
-@wp.func
 def split_range(
     builder: int,
     references: wp.array[Reference],
     spare: wp.array[Reference],
     spare_first: int,
-    codes: wp.array[wp.uint64],
     work: BuildRange,
     leaf_bits: int,
     bins: wp.array[Bin],
@@ -146,10 +119,8 @@ def split_range(
         middle = split_sah(references, spare, spare_first, work, leaf_bits, bins, counts, right_costs, halves)
     elif builder == MEDIAN:
         middle = split_median(references, work)
-    elif builder == MIDPOINT:
-        middle = split_midpoint(references, spare, spare_first, work, halves)
     else:
-        middle = split_morton(codes, work)
+        middle = split_midpoint(references, spare, spare_first, work, halves)
     has_boxes = builder == SAH and middle >= 0
     if middle < 0:
         middle = work.first + work.count // 2
@@ -190,7 +161,6 @@ def split_range_once(
     builder: int,
     references: wp.array[Reference],
     spare: wp.array[Reference],
-    codes: wp.array[wp.uint64],
     leaf_bits: int,
     first: int,
     count: int,
@@ -206,7 +176,7 @@ def split_range_once(
     right_costs = wp.zeros(shape=(SAH_BINS,), dtype=float)
     measure_range(references, first, count, halves_out, 0)
     work = halves_out[0]
-    split_range(builder, references, spare, first, codes, work, leaf_bits, bins, counts, right_costs, halves_out)
+    split_range(builder, references, spare, first, work, leaf_bits, bins, counts, right_costs, halves_out)
     work.node = 2 * halves_out[1].first
     write_node(trees, work, 0, 0)
 
@@ -216,7 +186,6 @@ def build_subtrees(
     builder: int,
     references: wp.array[Reference],
     spare: wp.array[Reference],
-    codes: wp.array[wp.uint64],
     leaf_bits: int,
     first: wp.array[int],
     count: wp.array[int],
@@ -239,7 +208,7 @@ def build_subtrees(
         if work.count <= 1 << leaf_bits:
             write_leaf(trees, references, work)
         else:
-            split_range(builder, references, spare, 0, codes, work, leaf_bits, bins, counts, right_costs, halves)
+            split_range(builder, references, spare, 0, work, leaf_bits, bins, counts, right_costs, halves)
             write_node(trees, work, free, free + 1)
             halves[0].node = free
             halves[1].node = free + 1
@@ -252,31 +221,3 @@ def build_subtrees(
     # Children have higher slots than their parents.
     for step in range(free - 2 * begin - 1):
         evaluate_costs(trees, free - 1 - step)
-
-
-@wp.kernel
-def encode_references(
-    references: wp.array[Reference],
-    chunk_first: wp.array[int],
-    chunk_count: wp.array[int],
-    chunk_tree: wp.array[int],
-    ranges: wp.array[BuildRange],
-    first: int,
-    codes_out: wp.array[wp.uint64],
-    order_out: wp.array[int],
-):
-    """Write the Morton codes of one chunk's centroids within their tree's centroid box, and the references' rows."""
-    chunk = first + wp.tid()
-    work = ranges[chunk_tree[chunk]]
-    scale = slices_per_unit(work, 1)
-    for i in range(chunk_first[chunk], chunk_first[chunk] + chunk_count[chunk]):
-        centroid = xyz(references[i].low + references[i].high - work.centroid_low)
-        codes_out[i] = morton_code(wp.cw_mul(centroid, scale))
-        order_out[i] = i
-
-
-@wp.kernel
-def gather_references(references: wp.array[Reference], order: wp.array[int], references_out: wp.array[Reference]):
-    """Write the references in the given order."""
-    i = wp.tid()
-    references_out[i] = references[order[i]]

@@ -14,7 +14,8 @@ down to ranges of several cells, so that no cell's border has to become a node's
 import warp as wp
 
 from .bvh_build import measure_range
-from .bvh_sah import slices_per_unit, split_sah, xyz
+from .bvh_references import xyz
+from .bvh_sah import slices_per_unit, split_sah
 from .bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange, Reference
 from .constants import BUILD_STACK, CLUSTER_CELLS, SAH_BINS
 

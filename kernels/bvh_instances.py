@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .bvh_sah import xyz
+from .bvh_references import xyz
 from .bvh_structs import Box, InstanceRecord, Reference
 from .constants import INSTANCE_ROUNDING, NODE_FLOATS, WIDTH
 

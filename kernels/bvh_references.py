@@ -12,6 +12,12 @@ from .bvh_structs import BuildRange, Reference
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
+@wp.func
+def xyz(v: wp.vec4) -> wp.vec3:
+    """Return a vector without its w."""
+    return wp.vec3(v[0], v[1], v[2])
+
+
 @wp.func_native(
     r"""
     const float inf = INFINITY;

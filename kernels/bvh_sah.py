@@ -8,16 +8,11 @@ clang vectorises neither the unions of boxes nor the moves around them; like thi
 
 import warp as wp
 
+from .bvh_references import xyz
 from .bvh_structs import Bin, BuildRange, Reference
 from .constants import MIN_EXTENT, SAH_BINS, SAH_BINS_SMALL, SAH_SMALL_COUNT
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-
-@wp.func
-def xyz(v: wp.vec4) -> wp.vec3:
-    """Return a vector without its w."""
-    return wp.vec3(v[0], v[1], v[2])
 
 
 @wp.func

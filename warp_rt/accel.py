@@ -14,13 +14,15 @@ import warp as wp
 
 from warp_rt.collapse import Layout
 from warp_rt.errors import OptionError, SceneError
-from warp_rt.forest import build_forest, cost_instances, rank_primitives, refer_to_instances
+from warp_rt.forest import build_forest, builder_device, cost_instances, rank_primitives, refer_to_instances
 from warp_rt.jobs import Executor
 from warp_rt.kernels import (
     bvh_build,
     bvh_clusters,
     bvh_collapse,
     bvh_instances,
+    bvh_linear,
+    bvh_ploc,
     bvh_references,
     bvh_refit,
     constants,
@@ -100,12 +102,13 @@ def build_accel(
 ) -> Accel:
     """Return the bounding volume hierarchy of a scene.
 
-    Trees are built on the CPU, whatever the device, by the same kernels, and then uploaded.
+    ``lbvh`` and ``ploc`` are built on the device; ``sah``, ``median`` and ``midpoint`` on the CPU, and then uploaded.
 
     Args:
         scene: What to build it over.
         device: ``cpu``, ``cuda:N`` or ``auto``.
-        bvh: Builder: ``sah`` (best to trace), ``median``, ``midpoint`` or ``lbvh`` (fast to build).
+        bvh: Builder: ``sah`` (best to trace), ``median``, ``midpoint``, ``lbvh`` (fast to build) or ``ploc`` (for GPUs:
+            nearly as good to trace as ``sah``).
         intersector: Triangle test: ``watertight``, ``moller-trumbore`` or ``plane-projection``.
         threads: CPU threads; None: one a core. Their number does not change the result.
 
@@ -164,7 +167,7 @@ def _has_primitives(scene: Scene) -> bool:
 
 def build_modules(device: str) -> list[tuple[ModuleType, str]]:
     """Return the kernel files that building or refitting a hierarchy for a device needs, and on which device each."""
-    everywhere = (bvh_references, bvh_collapse, bvh_instances, bvh_refit, shape_pack)
+    everywhere = (bvh_references, bvh_linear, bvh_ploc, bvh_collapse, bvh_instances, bvh_refit, shape_pack)
     on_cpu = [(module, "cpu") for module in (bvh_build, bvh_clusters, *everywhere)]
     return on_cpu if device == "cpu" else on_cpu + [(module, device) for module in everywhere]
 
@@ -180,7 +183,7 @@ def _prepare(device: str, threads: int | None) -> Executor:
 
 def _builder_of(builder: str, executor: Executor) -> Executor:
     """Return what runs a builder for a hierarchy on an executor's device."""
-    return Executor("cpu", executor.workers)
+    return Executor(builder_device(builder, executor.device), executor.workers)
 
 
 def make_stacks(accel: Accel, rows: int = 1) -> Stacks:

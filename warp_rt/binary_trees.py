@@ -44,7 +44,6 @@ class BinaryForest:
 
     Args:
         references: ``Reference``, shape [n]. They are moved about.
-        codes: uint64 Morton codes of the references, sorted, shape [n]; empty for builders that need none.
         ranges: ``BuildRange``, shape [tree_count].
         leaf_bits: Logarithm of the references that a leaf holds at most.
         builder: Of ``bvh_build``.
@@ -54,7 +53,6 @@ class BinaryForest:
     def __init__(
         self,
         references: wp.array,
-        codes: wp.array,
         ranges: np.ndarray,
         leaf_bits: int,
         builder: int,
@@ -73,7 +71,6 @@ class BinaryForest:
         # Slots of the nodes above the subtrees that jobs build, parents before their children.
         self._above: list[int] = []
         self._buffers = references, as_warp(host_array(count, numpy_type(Reference)), Reference)
-        self._codes = codes
         self._leaf_bits = leaf_bits
         self._builder = builder
         self._workers = workers
@@ -124,7 +121,6 @@ class BinaryForest:
             self._builder,
             references,
             scratch,
-            self._codes,
             self._leaf_bits,
             as_warp(np.ascontiguousarray(item.first), wp.int32),
             as_warp(np.ascontiguousarray(item.count), wp.int32),
@@ -140,7 +136,6 @@ class BinaryForest:
             self._builder,
             self._buffers[item.buffer],
             self._buffers[1 - item.buffer],
-            self._codes,
             self._leaf_bits,
             int(item.first[0]),
             int(item.count[0]),

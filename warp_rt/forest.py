@@ -13,19 +13,20 @@ import warp as wp
 from warp_rt.binary_trees import BinaryForest
 from warp_rt.collapse import Forest, check_words, collapse_forest
 from warp_rt.errors import LimitError
-from warp_rt.jobs import Chunks, Executor, as_warp, host_array, launch_jobs, numpy_type, split_chunks
+from warp_rt.jobs import Chunks, Executor, as_warp
 from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances, bvh_references
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
 from warp_rt.kernels.constants import LEAF_FLOATS, WIDTH
+from warp_rt.morton_trees import build_clustered_trees, build_linear_trees
 from warp_rt.placement import Placement, blocks
-from warp_rt.workers import Workers
 
-BUILDERS = {
-    "sah": bvh_build.SAH,
-    "median": bvh_build.MEDIAN,
-    "midpoint": bvh_build.MIDPOINT,
-    "lbvh": bvh_build.LBVH,
-}
+_TOP_DOWN = {"sah": bvh_build.SAH, "median": bvh_build.MEDIAN, "midpoint": bvh_build.MIDPOINT}
+_PARALLEL = {"lbvh": build_linear_trees, "ploc": build_clustered_trees}
+
+
+def builder_device(builder: str, device: str) -> str:
+    """Return where a builder builds a hierarchy for a device: there, if each of its steps can, else on the CPU."""
+    return device if builder in _PARALLEL else "cpu"
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,12 @@ def refer_to_triangles(points: wp.array, triangles: wp.array, counts: np.ndarray
         counts: int32, shape [tree_count], triangles of each tree; none is 0.
         executor: Where points and triangles are.
     """
-    chunks, inputs = _upload_chunks(counts, executor)
+    chunks = executor.split(counts)
     references = executor.empty(int(counts.sum()), Reference)
-    ranges = executor.empty(len(chunks.count), BuildRange)
-    kernel = bvh_references.refer_to_triangles
-    executor.launch_uneven(kernel, chunks.count, [points, triangles, *inputs], [references, ranges])
-    return References(references, _merge_ranges(ranges, chunks, len(counts), executor))
+    ranges = executor.empty(len(chunks.counts), BuildRange)
+    inputs = [points, triangles, chunks.first, chunks.count]
+    executor.launch_uneven(bvh_references.refer_to_triangles, chunks.counts, inputs, [references, ranges])
+    return References(references, _merge_ranges(ranges, chunks, executor))
 
 
 def refer_to_instances(
@@ -119,25 +120,20 @@ def rank_primitives(forest: Forest, executor: Executor) -> wp.array:
 
 def measure_references(references: wp.array, counts: np.ndarray, executor: Executor) -> References:
     """Return references with their boxes: ``counts`` says how many each tree has, none of them 0."""
-    chunks, inputs = _upload_chunks(counts, executor)
-    ranges = executor.empty(len(chunks.count), BuildRange)
-    executor.launch_uneven(bvh_references.measure_chunks, chunks.count, [references, *inputs], [ranges])
-    return References(references, _merge_ranges(ranges, chunks, len(counts), executor))
+    chunks = executor.split(counts)
+    ranges = executor.empty(len(chunks.counts), BuildRange)
+    inputs = [references, chunks.first, chunks.count]
+    executor.launch_uneven(bvh_references.measure_chunks, chunks.counts, inputs, [ranges])
+    return References(references, _merge_ranges(ranges, chunks, executor))
 
 
-def _upload_chunks(counts: np.ndarray, executor: Executor) -> tuple[Chunks, list[wp.array]]:
-    """Return chunks of items that lie tree by tree, and their first items and counts on the device."""
-    chunks = split_chunks(counts, executor.chunk)
-    first = (np.cumsum(counts) - counts)[chunks.tree] + chunks.first
-    return chunks, [executor.upload(first.astype(np.int32), wp.int32), executor.upload(chunks.count, wp.int32)]
-
-
-def _merge_ranges(ranges: wp.array, chunks: Chunks, tree_count: int, executor: Executor) -> wp.array:
+def _merge_ranges(ranges: wp.array, chunks: Chunks, executor: Executor) -> wp.array:
     """Return the range of each whole tree from those of its chunks."""
-    while ranges.shape[0] > tree_count:
-        chunks, inputs = _upload_chunks(np.bincount(chunks.tree).astype(np.int32), executor)
-        merged = executor.empty(len(chunks.count), BuildRange)
-        executor.launch(bvh_references.merge_ranges, len(chunks.count), [ranges, *inputs], [merged])
+    while len(chunks.counts) > len(chunks.per_tree):
+        chunks = executor.split(chunks.per_tree)
+        merged = executor.empty(len(chunks.counts), BuildRange)
+        inputs = [ranges, chunks.first, chunks.count]
+        executor.launch(bvh_references.merge_ranges, len(chunks.counts), inputs, [merged])
         ranges = merged
     return ranges
 
@@ -150,62 +146,35 @@ def build_forest(
     Args:
         references: What to build over; at least one in each tree.
         leaf_size: References that a leaf holds at most, a power of two.
-        builder: One of ``BUILDERS``.
+        builder: One of ``options.BUILDERS``.
         executor: Where to build; what it has to do with does not change the result.
         node_offset: Number of the forest's first node, where others come before it in memory.
 
     Raises:
         LimitError: The arrays would have more elements than 32-bit indices reach.
     """
-    binary = build_binary_forest(references, leaf_size=leaf_size, builder=builder, workers=executor.workers)
-    return collapse_forest(binary.trees, as_warp(binary.roots, wp.int32), node_offset, executor)
+    trees, roots = build_binary_trees(references, leaf_size=leaf_size, builder=builder, executor=executor)
+    return collapse_forest(trees, roots, node_offset, executor)
 
 
-def build_binary_forest(references: References, *, leaf_size: int, builder: str, workers: Workers) -> BinaryForest:
-    """Return the binary trees that ``build_forest`` makes wide; arguments and errors as there."""
+def build_binary_trees(
+    references: References, *, leaf_size: int, builder: str, executor: Executor
+) -> tuple[Any, wp.array]:
+    """Return the binary trees that ``build_forest`` makes wide; arguments and errors as there.
+
+    Returns:
+        ``BinaryTrees``, their costs known, and the slots of their roots, int32, shape [tree_count].
+    """
     count = references.array.shape[0]
     if 2 * count * WIDTH >= 1 << 31:
         raise LimitError(f"{count} primitives are more than a bounding volume hierarchy can hold (2^26)")
-    codes = as_warp(np.empty(0, np.uint64), wp.uint64)
-    if builder == "lbvh":
-        references, codes = _sort_by_morton_code(references, workers)
+    if builder in _PARALLEL:
+        counts = references.ranges.numpy()["count"].copy()
+        return _PARALLEL[builder](references.array, references.ranges, counts, leaf_size, executor)
     leaf_bits = leaf_size.bit_length() - 1
-    return BinaryForest(references.array, codes, references.ranges.numpy(), leaf_bits, BUILDERS[builder], workers)
-
-
-def _sort_by_morton_code(references: References, workers: Workers) -> tuple[References, wp.array]:
-    """Return the references in the order of their Morton codes within each tree, and the codes."""
     ranges = references.ranges.numpy()
-    count = references.array.shape[0]
-    chunks = split_chunks(ranges["count"])
-    # A radix sort wants room for twice the keys.
-    codes = as_warp(np.empty(2 * count, np.uint64), wp.uint64)
-    order = as_warp(np.empty(2 * count, np.int32), wp.int32)
-    launch_jobs(
-        workers,
-        bvh_build.encode_references,
-        chunks.count,
-        [
-            references.array,
-            as_warp(ranges["first"][chunks.tree] + chunks.first, wp.int32),
-            as_warp(chunks.count, wp.int32),
-            as_warp(chunks.tree, wp.int32),
-            as_warp(ranges, BuildRange),
-        ],
-        [codes, order],
-    )
-    sorted_codes = codes.numpy()
-    rows = order.numpy()
-    if len(ranges) == 1:
-        wp.utils.radix_sort_pairs(codes, order, count)
-    else:
-        # By tree first: a stable sort of few, long runs that are in place already.
-        tree = np.repeat(np.arange(len(ranges)), ranges["count"])
-        rows[:count] = np.lexsort((sorted_codes[:count], tree))
-        sorted_codes[:count] = sorted_codes[rows[:count]]
-    gathered = as_warp(host_array(count, numpy_type(Reference)), Reference)
-    wp.launch(bvh_build.gather_references, count, inputs=[references.array, order], outputs=[gathered], device="cpu")
-    return References(gathered, references.ranges), codes
+    binary = BinaryForest(references.array, ranges, leaf_bits, _TOP_DOWN[builder], executor.workers)
+    return binary.trees, as_warp(binary.roots, wp.int32)
 
 
 def pack_triangles(

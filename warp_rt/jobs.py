@@ -15,21 +15,25 @@ import warp as wp
 
 from warp_rt.workers import Workers
 
-_CHUNK = 4096  # items that one job works on
-_GPU_CHUNK = 32  # the same on a GPU, which wants tens of thousands of jobs
+_CHUNK = 4096  # items that one thread of a kernel takes care of where it does several
+_GPU_CHUNK = 32  # the same on a GPU, which wants tens of thousands of threads
 _SMALL = 4096  # elements of an array that Warp's allocator makes sooner than NumPy's
 _ALIGNMENT = 64  # bytes: a cache line
 
 
 @dataclass(frozen=True)
 class Chunks:
-    """Runs of items of several trees, each no longer than a job should be."""
+    """Runs of items that lie tree by tree, each as long as what one thread takes care of; Warp arrays on a device."""
 
-    tree: np.ndarray
+    per_tree: np.ndarray
+    """int32, shape [tree_count], chunks of each tree."""
+    counts: np.ndarray
+    """int32, shape [n], items of each chunk."""
+    first: wp.array
+    """int32, shape [n], first item."""
+    count: wp.array
     """int32, shape [n]."""
-    first: np.ndarray
-    """int32, shape [n], first item, counted within the tree."""
-    count: np.ndarray
+    tree: wp.array
     """int32, shape [n]."""
 
 
@@ -53,15 +57,6 @@ def as_warp(array: np.ndarray, dtype: Any) -> wp.array:
     return wp.array(array, dtype=dtype, device="cpu", copy=False)
 
 
-def split_chunks(counts: np.ndarray, size: int = _CHUNK) -> Chunks:
-    """Return the chunks, of at most ``size`` items, of trees that have ``counts`` items each."""
-    pieces = -(-counts // size)
-    tree = np.repeat(np.arange(len(counts)), pieces)
-    first = (np.arange(len(tree)) - np.repeat(np.cumsum(pieces) - pieces, pieces)) * size
-    count = np.minimum(counts[tree] - first, size)
-    return Chunks(tree.astype(np.int32), first.astype(np.int32), count.astype(np.int32))
-
-
 class Executor:
     """Launches data-parallel kernels on the device that a hierarchy is built on; on the CPU by several threads."""
 
@@ -69,11 +64,6 @@ class Executor:
         """Args: device: ``cpu`` or ``cuda:N``. workers: Threads of the CPU; a GPU's work is started by the caller's."""
         self.device = device
         self.workers = workers
-
-    @property
-    def chunk(self) -> int:
-        """Items of which one thread of a kernel takes care where it takes care of several: few for a GPU's many."""
-        return _CHUNK if self.device == "cpu" else _GPU_CHUNK
 
     def launch(
         self, kernel: wp.Kernel, count: int, inputs: Sequence[Any], outputs: Sequence[Any] = (), *, weight: int = 1
@@ -121,6 +111,16 @@ class Executor:
             return wp.empty(shape, dtype=dtype, device=self.device)
         # Warp's own memory comes in pages of 4 KB that fault one by one.
         return as_warp(host_array(shape, numpy_type(dtype)), dtype)
+
+    def split(self, counts: np.ndarray) -> Chunks:
+        """Return the chunks of trees that have ``counts`` items each, int32, shape [tree_count], none of them 0."""
+        size = _CHUNK if self.device == "cpu" else _GPU_CHUNK
+        per_tree = -(-counts // size)
+        tree = np.repeat(np.arange(len(counts), dtype=np.int32), per_tree)
+        place = (np.arange(len(tree)) - np.repeat(np.cumsum(per_tree) - per_tree, per_tree)) * size
+        count = np.minimum(counts[tree] - place, size).astype(np.int32)
+        first = ((np.cumsum(counts) - counts)[tree] + place).astype(np.int32)
+        return Chunks(per_tree, count, *(self.upload(array, wp.int32) for array in (first, count, tree)))
 
     def adopt(self, array: wp.array) -> wp.array:
         """Return an array with the same content on this executor's device: itself if it is there already."""

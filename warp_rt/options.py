@@ -17,7 +17,7 @@ from warp_rt.errors import OptionError
 INTEGRATORS = ("whitted",)
 SHADOWS = ("auto", "opaque", "transmit")
 TEXTURE_FILTERS = ("anisotropic", "bilinear")
-BUILDERS = ("sah", "median", "midpoint", "lbvh")
+BUILDERS = ("sah", "median", "midpoint", "lbvh", "ploc")
 INTERSECTORS = ("watertight", "moller-trumbore", "plane-projection")
 COSTS = ("nodesVisited", "triangleTests", "treeSize", "deepest", "rays")
 """AOVs that count what a pixel took."""

@@ -40,6 +40,7 @@ PARTS = {
         *(
             "jobs",
             "binary_trees",
+            "morton_trees",
             "collapse",
             "forest",
             "mesh_trees",
