@@ -43,6 +43,22 @@ def test_text_fits_the_columns_there_are(capfd: pytest.CaptureFixture[str], monk
     assert 50 < max(map(len, out.splitlines())) <= 60
 
 
+def test_a_pipe_gets_the_heading_in_lines_of_their_own(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Programs read it line by line, however long the name of the scene is."""
+    folder = tmp_path / ("f" * 120)
+    folder.mkdir()
+    scene = folder / "a.usda"
+    scene.write_text('#usda 1.0\ndef Sphere "s" {\n}\n', encoding="utf-8")
+    monkeypatch.delenv("COLUMNS", raising=False)
+    assert main(["tree", str(scene), "4", "3", "-w", "8", "-q"]) == 0
+    first, second, third, *_ = capfd.readouterr().out.splitlines()
+    assert first.startswith("pixel (4, 3) of 8 x 5, ")
+    assert first.endswith("a.usda, camera (framed), time 0")
+    assert (second[:4], third[:7]) == ("I = ", "1 node,")
+
+
 def test_color_on_demand(capfd: pytest.CaptureFixture[str]) -> None:
     out, _ = tree(capfd, "48", "14", "--color", "always")
     assert "\x1b[" in out

@@ -131,16 +131,22 @@ class Terminal:
     @property
     def data_width(self) -> int:
         """Columns that results for people may take: the terminal's, but a page's where there is none."""
-        with contextlib.suppress(ValueError):
-            return min(int(os.environ["COLUMNS"]), _PAGE) if os.environ.get("COLUMNS") else self._stream_width()
-        return _PAGE
+        return min(self._columns() or _PAGE, _PAGE)
 
-    def _stream_width(self) -> int:
+    @property
+    def has_columns(self) -> bool:
+        """Whether stdout ends at some column, and is no file or pipe."""
+        return self._columns() is not None
+
+    def _columns(self) -> int | None:
+        with contextlib.suppress(ValueError):
+            if os.environ.get("COLUMNS"):
+                return int(os.environ["COLUMNS"])
         stream = self._data or sys.stdout
         try:
-            return min(os.get_terminal_size(stream.fileno()).columns, _PAGE)
+            return os.get_terminal_size(stream.fileno()).columns
         except (OSError, ValueError, AttributeError):  # a file, a pipe, or nothing at all
-            return _PAGE
+            return None
 
     def json(self, value: object) -> None:
         """Write one JSON object to stdout, in ASCII, so that no locale can spoil it; numbers it lacks become null."""

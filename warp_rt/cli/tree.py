@@ -91,7 +91,8 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         from warp_rt.tree.lines import STYLES
         from warp_rt.tree.text import tree_rows
 
-        terminal.rows(tree_rows(tree, width=terminal.data_width, levels=args.levels), STYLES)
+        rows = tree_rows(tree, width=terminal.data_width, levels=args.levels, folds_heading=terminal.has_columns)
+        terminal.rows(rows, STYLES)
     return 0
 
 

@@ -19,23 +19,26 @@ EQUATION_NODES = 16
 """Nodes that the nested equation writes out: more brackets nobody matches by eye."""
 MIN_WIDTH = 48
 """Columns below which lines are not broken any further."""
+_UNFOLDED = 1 << 20  # columns: more than any path has
 _CHANNELS = ("red", "green", "blue")
 
 Row = tuple[Span, ...]
 
 
-def tree_rows(tree: PixelTree, *, width: int = 100, levels: int | None = None) -> list[Row]:
+def tree_rows(tree: PixelTree, *, width: int = 100, levels: int | None = None, folds_heading: bool = True) -> list[Row]:
     """Return the rows of the drawing, each at most ``width`` columns.
 
     Args:
         tree: What to draw.
         width: Columns that there are.
+        folds_heading: Whether the lines about the pixel as a whole keep to them too; programs read these line by line.
         levels: Draw all nodes down to this level; None: the ``NODES_SHOWN`` that lead to most of the pixel's light.
     """
     width = max(width, MIN_WIDTH)
     shown = select(tree.roots, nodes=NODES_SHOWN, levels=levels)
     whole = whole_of(tree)
-    rows = [row for indent, spans in heading(tree) for row in _fold(spans, width, (), indent)]
+    room = width if folds_heading else _UNFOLDED
+    rows = [row for indent, spans in heading(tree) for row in _fold(spans, room, (), indent)]
     for root, sample in zip(tree.roots, tree.samples, strict=True):
         rows.append(())
         if len(tree.roots) > 1:
