@@ -203,6 +203,15 @@ def test_bounds_are_the_twelve_edges_of_the_extent() -> None:
     np.testing.assert_allclose(scene.instances.primvars["displayColor"], [[0.2, 0.4, 0.6]], rtol=1e-6)
 
 
+def test_the_extent_of_cards_is_the_earliest_and_of_bounds_that_of_the_frame() -> None:
+    """ "For cross and box mode, the extents are calculated [...] at their earliest authored time" (GeomModelAPI)."""
+    samples = "float3[] extentsHint.timeSamples = { 1: [(-1, -1, -1), (1, 1, 1)], 2: [(-3, -3, -3), (3, 3, 3)] }"
+    box = 'uniform token model:cardGeometry = "box"'
+    for mode, reach in (("bounds", 3), ("cards", 1)):
+        body = model(f'uniform token model:drawMode = "{mode}"\n{box}').replace(EXTENT, samples)
+        assert np.abs(only(load(body, time=2)).points).max() == reach
+
+
 def test_bounds_of_what_has_no_hint_are_those_of_its_geometry() -> None:
     """Purposes default, proxy and render count, guides do not."""
     scene = load(

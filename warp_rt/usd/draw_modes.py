@@ -120,7 +120,7 @@ class StandInReader:
 
     Args:
         stage: Along whose up axis no cards face where ``model:cardVisibility`` is simple.
-        time: When their extent and textures are read.
+        time: When their textures are read, and the extent of what is no card.
         materials: Takes those of cards.
         report: Takes the diagnostics.
     """
@@ -130,7 +130,11 @@ class StandInReader:
         self._up_axis = str(UsdGeom.GetStageUpAxis(stage))
         self._materials = materials
         self._report = report
-        self._extents = UsdGeom.BBoxCache(time, _PURPOSES, useExtentsHint=True)
+        self._extents = {
+            "bounds": UsdGeom.BBoxCache(time, _PURPOSES, useExtentsHint=True),
+            # "For cross and box mode, the extents are calculated [...] at their earliest authored time."
+            "cards": UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), _PURPOSES, useExtentsHint=True),
+        }
         self._card_materials: dict[tuple[object, ...], int] = {}
 
     def read(self, prim: Usd.Prim, mode: str, card_visibility: str) -> StandIn | None:
@@ -149,7 +153,7 @@ class StandInReader:
         geometry = found.token("model:cardGeometry", _GEOMETRIES[0], _GEOMETRIES)
         if mode == "cards" and geometry == "fromTexture":
             return self._cards_from_textures(prim, color, card_visibility)
-        box = self._box(prim)
+        box = self._box(prim, mode)
         if box is None:
             self._report.warn(EMPTY, prim.GetPath(), f"a model of no extent, of which draw mode {mode} shows nothing")
             return None
@@ -158,9 +162,9 @@ class StandInReader:
             return self._lines(edges, LINE_WIDTH * float(np.linalg.norm(box[1] - box[0])), color)
         return self._cards(prim, box, geometry, color, card_visibility)
 
-    def _box(self, prim: Usd.Prim) -> np.ndarray | None:
+    def _box(self, prim: Usd.Prim, mode: str) -> np.ndarray | None:
         """Return the box of all that the model shows, in its own space: float64, shape [2, 3]; None: it is empty."""
-        extent = self._extents.ComputeUntransformedBound(prim).ComputeAlignedRange()
+        extent = self._extents[mode].ComputeUntransformedBound(prim).ComputeAlignedRange()
         box = np.array([extent.GetMin(), extent.GetMax()])
         is_box = not extent.IsEmpty() and np.isfinite(box).all() and (box[1] > box[0]).any()
         return box if is_box else None
