@@ -9,15 +9,25 @@ from pathlib import Path
 
 import pytest
 
+from warp_rt.usd.bsdf_graphs import LOBES
 from warp_rt.usd.foreign_shaders import foreign_surface
 from warp_rt.usd.materialx_nodes import is_known_node
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "materialx.md").read_text(encoding="utf-8")
 
+GRAPH = ("layer", "mix", "add", "multiply")  # nodes that put lobes together
+
 
 def table(heading: str) -> list[list[str]]:
     """Return the rows of a section's table, the heading among them, without the line below it."""
-    lines = [line for line in TEXT[TEXT.index(heading) :].split("\n## ")[0].splitlines() if line.startswith("|")]
+    lines = [
+        line
+        for line in TEXT[TEXT.index(heading) :]
+        .split("\n## ")[0]
+        .split("\n### Surfaces of" if heading == "## Surfaces" else "\n## ")[0]
+        .splitlines()
+        if line.startswith("|")
+    ]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if not line.startswith("|---")]
 
 
@@ -45,8 +55,16 @@ def test_inputs_of_surfaces_become_what_the_table_says(column: int) -> None:
     assert {name: parts for name, parts in said.items() if parts} == expected
 
 
+def test_lobes_are_those_that_are_named() -> None:
+    rows = [row[0] for row in table("### Surfaces of BSDFs")[1:]]
+    named = {name for cell in rows for name in re.findall(r"\w+_bsdf", cell) if name.partition("_")[0] not in GRAPH}
+    assert named == set(LOBES)
+
+
 def test_nodes_that_fold_are_those_that_are_named() -> None:
-    rows = [row for row in table("## Nodes")[1:] if not row[0].startswith(("image", "geomprop", "texcoord", "any"))]
+    rows = [
+        row for row in table("## Nodes")[1:] if not row[0].startswith(("image", "gltf", "geomprop", "texcoord", "any"))
+    ]
     for cell in (row[0] for row in rows):
         for name in re.findall(r"[a-z]+2 to 4|[a-z]+\w*", cell):
             kinds = [f"{name[:-6]}{k}" for k in (2, 3, 4)] if name.endswith(" to 4") else [name]

@@ -256,6 +256,36 @@ def test_tiled_images(image):
     assert codes == []
 
 
+@pytest.mark.parametrize("order", [0, 1])
+def test_images_of_gltf_are_placed_as_its_library_says(image, order):
+    """A place2d about (0, 1) by 1 / scale, -rotate and (-x, y) of the offset."""
+    lines = [vec(name, *values, kind="float2") for name, values in (("scale", (2, 4)), ("offset", (0.25, 0.5)))]
+    lines += [vec("rotate", 30, kind="float"), vec("operationorder", order, kind="int").replace(".0", "")]
+    file = f'asset inputs:file = @{image}@ (colorSpace = "raw")'
+    _, _, reader, codes = read(node("N", "ND_gltf_image_color3_color3_1_0", file, *lines))
+    uv = np.array([(1, 0), (0, 1), (0.3, 0.2)])
+    expected = place2d(uv, (0, 1), (0.5, 0.25), -30, (-0.25, 0.5), order)
+    got = np.column_stack([uv, np.ones(3)]) @ reader.textures[0].uv_transform.T
+    np.testing.assert_allclose(got, expected, atol=1e-6)
+    assert codes == []
+
+
+def test_images_of_gltf_have_factors_and_sets_of_coordinates(image):
+    file = f'asset inputs:file = @{image}@ (colorSpace = "raw")'
+    body = (file, vec("factor", 0.5, 2, 1), "int inputs:uvindex = 1")
+    _, value, reader, codes = read(node("N", "ND_gltf_image_color3_color3_1_0", *body))
+    np.testing.assert_allclose(value, RGB * (0.5, 2, 1), atol=1e-6)
+    assert (reader.textures[0].primvar, codes) == ("st1", [])
+    tint = vec("color", 0.5, 0.5, 1, 0.5, kind="color4f")
+    nodes = node("N", "ND_gltf_colorimage", file, tint, outputs=("outcolor", "outa"))
+    _, value, _, _ = read(nodes, output="outcolor")
+    np.testing.assert_allclose(value, RGB * (0.5, 0.5, 1), atol=1e-6)
+    _, value, _, _ = read(nodes, count=1, output="outa")
+    np.testing.assert_allclose(value, [ALPHA * 0.5], atol=1e-6)
+    _, value, _, _ = read(node("N", "ND_gltf_normalmap_vector3_1_0", f"asset inputs:file = @{image}@"))
+    np.testing.assert_allclose(value, 2 * RGB - 1, atol=1e-6)
+
+
 @pytest.mark.parametrize(("index", "name"), [(0, "st"), (1, "st1")])
 def test_sets_of_coordinates(image, index, name):
     assert moved(image, node("P", "ND_texcoord_vector2", f"int inputs:index = {index}"))[1:] == (name, [])

@@ -20,6 +20,8 @@ from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
+from warp_rt.usd.bsdf_graphs import SURFACE as SURFACE_OF_BSDFS
+from warp_rt.usd.bsdf_graphs import BsdfReader
 from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
 from warp_rt.usd.foreign_surfaces import ForeignReader
 from warp_rt.usd.image_cache import ImageCache, KeptImages
@@ -169,6 +171,12 @@ class MaterialReader:
             if is_preview_surface(surface.id):
                 return self.add(self._preview_surface(path, surface.shader, material.GetPrim()))
         for surface in surfaces:
+            if surface.id == SURFACE_OF_BSDFS:
+                bsdfs = BsdfReader(self._inputs, self._time, self._report)
+                found = bsdfs.read(path, surface.shader, material.GetPrim())
+                if found is not None:
+                    self._check_normal_map(found.inputs.get("normal"), surface.shader)
+                    return self.add(found)
             foreign = foreign_surface(surface.id)
             if foreign is not None:
                 reader = ForeignReader(self._inputs, self._time, self._report)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, join, multiply
+from warp_rt.usd.texture_coordinates import rotation
 
 _SIZES = {"float": 1, "integer": 1, "boolean": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
 _NODE = re.compile(r"ND_([a-z0-9]+)(?:_(.+))?")
@@ -85,12 +86,6 @@ def is_known_node(identifier: str) -> bool:
     """Return whether a node is one of those that fold, where what they are given lets them."""
     match = _NODE.fullmatch(identifier)
     return match is not None and match[1] in _NODES
-
-
-def rotation(degrees: float) -> np.ndarray:
-    """Return the matrix of rotate2d, which turns clockwise: shape [2, 2]."""
-    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([[cosine, sine], [-sine, cosine]])
 
 
 def _convert(node: NodeInputs) -> Signal:

@@ -3,8 +3,8 @@
 """What shading networks compute: from an input through all nodes before it to a signal.
 
 Read are UsdUVTexture, UsdPrimvarReader_* and UsdTransform2d, and MaterialX's nodes of the same purpose, written as
-UsdShade: ND_UsdUVTexture, ND_UsdPrimvarReader_*, ND_UsdTransform2d, ND_image_*, ND_tiledimage_*, ND_geompropvalue_* and
-ND_texcoord_*; what its arithmetic does to them is folded (``materialx_nodes``).
+UsdShade: ND_UsdUVTexture, ND_UsdPrimvarReader_*, ND_UsdTransform2d, ND_image_*, ND_tiledimage_*, ND_gltf_image_*,
+ND_geompropvalue_* and ND_texcoord_*; what its arithmetic does to them is folded (``materialx_nodes``).
 
 Reference: UsdPreviewSurface Specification, sections on UsdUVTexture, UsdPrimvarReader and UsdTransform2d.
 """
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
@@ -23,8 +24,8 @@ from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materialx_nodes import fold, is_known_node
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers, read_token
-from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source
-from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, transform_2d
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, multiply
+from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, gltf_placement, transform_2d
 from warp_rt.usd.texture_nodes import TextureNodes
 
 NO_COORDINATES = "W206"
@@ -37,6 +38,7 @@ _READER = re.compile(r"(?:ND_)?(?:UsdPrimvarReader|geompropvalue)_([a-z]+)(\d?)"
 _READER_SIZES = {"float": 1, "int": 1, "integer": 1, "color": 3, "vector": 3, "normal": 3, "point": 3}
 _IMAGE = re.compile(r"ND_(tiled)?image_(float|color3|color4|vector2|vector3|vector4)")
 _IMAGE_SIZES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
+_GLTF_IMAGE = re.compile(r"ND_gltf_(image|colorimage|normalmap)(?:_(float|color3|color4|vector3))?(?:_.*)?")
 _OUTPUTS = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgba": (0, 1, 2, 3)}
 _MAX_CHAIN = 64  # nodes in a row
 
@@ -124,6 +126,9 @@ class SignalReader:
         if image:
             source = self._image(shader, material, is_color="color" in image[2], is_tiled=bool(image[1]))
             return Signal.of(source, _IMAGE_SIZES[image[2]])
+        image = _GLTF_IMAGE.fullmatch(node.id)
+        if image:
+            return self._gltf_image(node, image[1], image[2] or "color4", material)
         reader = _READER.fullmatch(node.id)
         if reader and reader[1] in _READER_SIZES:
             return self._primvar(shader, int(reader[2] or _READER_SIZES[reader[1]]), material)
@@ -193,6 +198,27 @@ class SignalReader:
             coordinates = self._coordinates(texcoord, shader, material) if texcoord else Coordinates()
             self._sources[path] = self._textures.image(shader, coordinates, is_color=is_color, is_tiled=is_tiled)
         return self._sources[path]
+
+    def _gltf_image(self, node: Node, role: str, kind: str, material: Usd.Prim) -> Signal:
+        """Return what an image node of glTF gives: an image, moved, times factors; or a normal of one."""
+        shader = node.shader
+        path = shader.GetPath()
+        if path not in self._sources:
+            texcoord = shader.GetInput("texcoord")
+            index = read_constant(shader, "uvindex", self._time, self._report)
+            plain = Coordinates(coordinate_name(index))
+            coordinates = self._coordinates(texcoord, shader, material) if texcoord else plain
+            moved = gltf_placement(shader, self._time, self._report) @ coordinates.transform
+            placed = replace(coordinates, transform=moved)
+            self._sources[path] = self._textures.image(shader, placed, is_color="color" in kind, is_tiled=False)
+        found = Signal.of(self._sources[path], _IMAGE_SIZES[kind])
+        if role == "normalmap":
+            return found.map(2 * np.eye(3), -1.0)
+        for name in ("factor",) if role == "image" else ("color", "geomcolor"):
+            factor = self._follow(shader.GetInput(name), material, (1, 3, 4))
+            found = multiply(found, factor) if factor else found
+        parts = {"outcolor": (0, 1, 2), "outa": (3,)}.get(node.output)
+        return found.pick(parts) if parts else found
 
     def _coordinates(self, port: UsdShade.Input | None, shader: UsdShade.Shader, material: Usd.Prim) -> Coordinates:
         """Return where an ``st`` input leads to, through whatever moves it about."""

@@ -61,6 +61,34 @@ def tiling(shader: UsdShade.Shader, time: Usd.TimeCode, report: Report) -> np.nd
     )
 
 
+def gltf_placement(shader: UsdShade.Shader, time: Usd.TimeCode, report: Report) -> np.ndarray:
+    """Return what glTF's image nodes make of coordinates, KHR_texture_transform about the top left: shape [3, 3].
+
+    That is, about the pivot, offset, then turned, then scaled, by ``operationorder`` 0 scaled, turned, offset.
+    """
+    pivot, scale, offset = (
+        np.resize(read_numbers(shader, name, (2,), time, report) or default, 2)
+        for name, default in (("pivot", (0.0, 1.0)), ("scale", (1.0, 1.0)), ("offset", (0.0, 0.0)))
+    )
+    angle = (read_numbers(shader, "rotate", (1,), time, report) or (0.0,))[0]
+    order = (read_numbers(shader, "operationorder", (1,), time, report) or (1.0,))[0]
+    turned = rotation(-angle)
+    shift = offset * (1, -1)
+    if order == 0.0:
+        linear = turned @ np.diag(scale)
+        rest = shift + pivot - linear @ pivot
+    else:
+        linear = np.diag(scale) @ turned
+        rest = linear @ (shift - pivot) + pivot
+    return np.vstack([np.column_stack([linear, rest]), [0.0, 0.0, 1.0]])
+
+
+def rotation(degrees: float) -> np.ndarray:
+    """Return the matrix of MaterialX's rotate2d, which turns clockwise: shape [2, 2]."""
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[cosine, sine], [-sine, cosine]])
+
+
 def coordinate_name(index: Any) -> str:
     """Return the primvar that a texcoord node with an index reads."""
     return f"st{index}" if isinstance(index, int) and index > 0 else "st"
