@@ -14,15 +14,18 @@ import warp as wp
 
 from warp_rt.collapse import Layout
 from warp_rt.errors import OptionError, SceneError
-from warp_rt.forest import build_forest, builder_device, cost_instances, rank_primitives, refer_to_instances
+from warp_rt.forest import (
+    BUILDER_MODULES,
+    build_forest,
+    builder_device,
+    cost_instances,
+    rank_primitives,
+    refer_to_instances,
+)
 from warp_rt.jobs import Executor
 from warp_rt.kernels import (
-    bvh_build,
-    bvh_clusters,
     bvh_collapse,
     bvh_instances,
-    bvh_linear,
-    bvh_ploc,
     bvh_references,
     bvh_refit,
     constants,
@@ -120,7 +123,7 @@ def build_accel(
     for name, value, choices in (("bvh", bvh, BUILDERS), ("intersector", intersector, INTERSECTORS)):
         if value not in choices:
             raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}")
-    executor = _prepare(device, threads)
+    executor = _prepare(bvh, device, threads)
     placement = place_scene(scene)
     if not _has_primitives(scene):
         return _empty(scene, placement, executor, bvh, intersector)
@@ -152,7 +155,7 @@ def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Ac
     builder, intersector = accel.statistics.builder, _NAMES[accel.data.intersector]
     if accel.layout is None or not _has_primitives(scene):
         return build_accel(scene, device=accel.device, bvh=builder, intersector=intersector, threads=threads)
-    executor = _prepare(accel.device, threads)
+    executor = _prepare(builder, accel.device, threads)
     placement = place_scene(scene)
     trees = refit_mesh_trees(accel.layout, accel.data.nodes, accel.data.leaves, scene, placement, executor)
     refitted = _place(trees, scene, placement, executor, builder, intersector)
@@ -165,18 +168,19 @@ def _has_primitives(scene: Scene) -> bool:
     return bool((counts[scene.instances.mesh] > 0).any())
 
 
-def build_modules(device: str) -> list[tuple[ModuleType, str]]:
+def build_modules(builder: str, device: str) -> list[tuple[ModuleType, str]]:
     """Return the kernel files that building or refitting a hierarchy for a device needs, and on which device each."""
-    everywhere = (bvh_references, bvh_linear, bvh_ploc, bvh_collapse, bvh_instances, bvh_refit, shape_pack)
-    on_cpu = [(module, "cpu") for module in (bvh_build, bvh_clusters, *everywhere)]
-    return on_cpu if device == "cpu" else on_cpu + [(module, device) for module in everywhere]
+    place = builder_device(builder, device)
+    files = [(module, place) for module in (*BUILDER_MODULES[builder], bvh_references, bvh_collapse, shape_pack)]
+    files += [(module, device) for module in (bvh_references, bvh_instances, bvh_refit)]
+    return list(dict.fromkeys(files))
 
 
-def _prepare(device: str, threads: int | None) -> Executor:
+def _prepare(builder: str, device: str, threads: int | None) -> Executor:
     """Return what a hierarchy for a device is put together by, the kernels for it being loaded."""
     check_threads(threads)
     device = resolve_device(device)
-    for module, name in build_modules(device):
+    for module, name in build_modules(builder, device):
         load_module(module, name)
     return Executor(device, Workers(threads))
 

@@ -14,7 +14,15 @@ from warp_rt.binary_trees import BinaryForest
 from warp_rt.collapse import Forest, check_words, collapse_forest
 from warp_rt.errors import LimitError
 from warp_rt.jobs import Chunks, Executor, as_warp
-from warp_rt.kernels import bvh_build, bvh_collapse, bvh_instances, bvh_references
+from warp_rt.kernels import (
+    bvh_build,
+    bvh_clusters,
+    bvh_collapse,
+    bvh_instances,
+    bvh_linear,
+    bvh_ploc,
+    bvh_references,
+)
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
 from warp_rt.kernels.constants import LEAF_FLOATS, WIDTH
 from warp_rt.morton_trees import build_clustered_trees, build_linear_trees
@@ -22,6 +30,9 @@ from warp_rt.placement import Placement, blocks
 
 _TOP_DOWN = {"sah": bvh_build.SAH, "median": bvh_build.MEDIAN, "midpoint": bvh_build.MIDPOINT}
 _PARALLEL = {"lbvh": build_linear_trees, "ploc": build_clustered_trees}
+_SPLITTING = (bvh_build, bvh_clusters)
+BUILDER_MODULES = dict.fromkeys(_TOP_DOWN, _SPLITTING) | {"lbvh": (bvh_linear,), "ploc": (bvh_linear, bvh_ploc)}
+"""Kernel files of each builder, besides those that all have in common."""
 
 
 def builder_device(builder: str, device: str) -> str:
@@ -37,10 +48,12 @@ class References:
     """``Reference``, shape [n]."""
     ranges: wp.array
     """``BuildRange``, shape [tree_count]: each tree's references and their boxes."""
+    counts: np.ndarray
+    """int32, shape [tree_count], references of each tree."""
 
     def move(self, executor: Executor) -> References:
         """Return the same references on another executor's device."""
-        return References(executor.adopt(self.array), executor.adopt(self.ranges))
+        return References(executor.adopt(self.array), executor.adopt(self.ranges), self.counts)
 
 
 def refer_to_triangles(points: wp.array, triangles: wp.array, counts: np.ndarray, executor: Executor) -> References:
@@ -57,7 +70,7 @@ def refer_to_triangles(points: wp.array, triangles: wp.array, counts: np.ndarray
     ranges = executor.empty(len(chunks.counts), BuildRange)
     inputs = [points, triangles, chunks.first, chunks.count]
     executor.launch_uneven(bvh_references.refer_to_triangles, chunks.counts, inputs, [references, ranges])
-    return References(references, _merge_ranges(ranges, chunks, executor))
+    return References(references, _merge_ranges(ranges, chunks, executor), counts)
 
 
 def refer_to_instances(
@@ -107,8 +120,7 @@ def cost_instances(
     each = executor.empty(tree.shape[0], wp.float64)
     inputs = [references.array, tree, boxes, costs]
     executor.launch(bvh_instances.cost_instances, tree.shape[0], inputs, [each])
-    total: Any = wp.utils.array_sum(each)
-    return float(total)
+    return executor.total(each)
 
 
 def rank_primitives(forest: Forest, executor: Executor) -> wp.array:
@@ -124,7 +136,7 @@ def measure_references(references: wp.array, counts: np.ndarray, executor: Execu
     ranges = executor.empty(len(chunks.counts), BuildRange)
     inputs = [references, chunks.first, chunks.count]
     executor.launch_uneven(bvh_references.measure_chunks, chunks.counts, inputs, [ranges])
-    return References(references, _merge_ranges(ranges, chunks, executor))
+    return References(references, _merge_ranges(ranges, chunks, executor), counts)
 
 
 def _merge_ranges(ranges: wp.array, chunks: Chunks, executor: Executor) -> wp.array:
@@ -169,8 +181,7 @@ def build_binary_trees(
     if 2 * count * WIDTH >= 1 << 31:
         raise LimitError(f"{count} primitives are more than a bounding volume hierarchy can hold (2^26)")
     if builder in _PARALLEL:
-        counts = references.ranges.numpy()["count"].copy()
-        return _PARALLEL[builder](references.array, references.ranges, counts, leaf_size, executor)
+        return _PARALLEL[builder](references.array, references.ranges, references.counts, leaf_size, executor)
     leaf_bits = leaf_size.bit_length() - 1
     ranges = references.ranges.numpy()
     binary = BinaryForest(references.array, ranges, leaf_bits, _TOP_DOWN[builder], executor.workers)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -144,8 +145,28 @@ class Executor:
         Waits for the device: the last sum is a size that the host has to know.
         """
         sums = self.empty(counts.shape[0], wp.int32)
-        wp.utils.array_scan(counts, sums)
+        self.scan(counts, sums)
         return sums, int(sums[-1:].numpy()[0]) if self.device != "cpu" else int(sums.numpy()[-1])
+
+    def scan(self, values: wp.array, sums_out: wp.array) -> None:
+        """Write the running sums of integers, or of vectors of them by component, each with its own value."""
+        with self._chosen():
+            wp.utils.array_scan(values, sums_out)
+
+    def sort_pairs(self, keys: wp.array, values: wp.array, count: int) -> None:
+        """Sort ``count`` keys and their values, equal ones in their order; there is room for twice as many."""
+        with self._chosen():
+            wp.utils.radix_sort_pairs(keys, values, count)
+
+    def total(self, values: wp.array) -> float:
+        """Return the sum of float64 values."""
+        with self._chosen():
+            result: Any = wp.utils.array_sum(values)
+        return float(result)
+
+    def _chosen(self) -> contextlib.AbstractContextManager[Any]:
+        """Return a context in which Warp's utilities, which go by the current GPU and stream, work on this one."""
+        return contextlib.nullcontext() if self.device == "cpu" else wp.ScopedDevice(self.device)
 
 
 def launch_jobs(

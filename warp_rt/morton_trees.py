@@ -132,7 +132,7 @@ def _pair(clusters: wp.array, capacity: int, is_slow: bool, executor: Executor) 
         executor.launch(bvh_ploc.find_nearest, count, inputs, [nearest], weight=int(PLOC_RADIUS))
     marks, sums = _empty_marks(count, executor), _empty_marks(count, executor)
     executor.launch(bvh_ploc.mark_pairs, count, [nearest], [marks])
-    wp.utils.array_scan(marks, sums)
+    executor.scan(marks, sums)
     return _Round(nearest, sums, *(int(number) for number in sums[-1:].numpy()[0]))
 
 
@@ -151,7 +151,7 @@ def _sort(references: wp.array, ranges: wp.array, counts: np.ndarray, executor: 
     chunks = executor.split(counts)
     inputs: list[Any] = [references, chunks.first, chunks.count, chunks.tree, ranges, (len(counts) - 1).bit_length()]
     executor.launch_uneven(bvh_linear.encode_references, chunks.counts, inputs, [codes, order])
-    wp.utils.radix_sort_pairs(codes, order, count)
+    executor.sort_pairs(codes, order, count)
     gathered = executor.empty(count, Reference)
     executor.launch(bvh_linear.gather_references, count, [references, order], [gathered])
     return gathered, codes

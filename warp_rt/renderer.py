@@ -93,7 +93,7 @@ class Renderer:
         """Notes on the latest render: defaults that stepped in."""
 
         with self._clock("compile"):
-            for module, name in build_modules(self.device):
+            for module, name in build_modules(self.options.bvh, self.device):
                 load_kernels(module.__name__.rpartition(".")[2], device=name, on_compile=on_compile)
             self._kernel = self._load_render_kernel(on_compile)
         with self._clock("build"):

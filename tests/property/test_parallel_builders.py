@@ -12,6 +12,7 @@ import pytest
 import warp as wp
 
 import warp_rt
+from warp_rt import jobs
 from warp_rt.accel import refit_accel
 from warp_rt.errors import SceneError
 from warp_rt.forest import build_binary_trees, builder_device, refer_to_triangles
@@ -23,7 +24,7 @@ from warp_rt.scene import Scene
 from warp_rt.workers import Workers
 
 from ..meshes import Shape, brute_force, octasphere, soup, torus
-from .test_bvh import Reader, check, scene_of
+from .test_bvh import Reader, check, random_matrices, scene_of
 
 PARALLEL = ("lbvh", "ploc")
 
@@ -219,6 +220,48 @@ def test_every_run_gives_the_same_tree(bvh: str, device: str) -> None:
     runs = [warp_rt.build_accel(scene, bvh=bvh, device=device).data for _ in range(3)]
     for name in ("nodes", "leaves", "instances"):
         assert len({getattr(run, name).numpy().tobytes() for run in runs}) == 1
+
+
+@pytest.mark.parametrize("bvh", PARALLEL)
+def test_threads_of_a_launch_may_come_in_any_order(bvh: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No thread reads what another one of its launch writes, nor do two write the same: else order would show.
+
+    What a GPU does at once is done here thread by thread, shuffled, in chunks as small as there.
+    """
+    shapes = [uneven(300, 10), soup(1, 11), octasphere(2), (np.ones((3, 3)), np.zeros((40, 3), np.int32))]
+    matrices = random_matrices(30, 12)
+    meshes = [i % len(shapes) for i in range(len(matrices))]
+    before, after = (scene_of(some, meshes, matrices) for some in (shapes, [(p * [1, 2, 3], t) for p, t in shapes]))
+    expected = warp_rt.build_accel(before, bvh=bvh, threads=1)
+    expected = expected, refit_accel(expected, after, threads=1)
+
+    rng = np.random.default_rng(13)
+    launches: list[str] = []
+
+    def launch(self: Executor, kernel: wp.Kernel, count: int, inputs: list, outputs: list = (), **_: int) -> None:
+        launches.append(kernel.key)
+        for thread in rng.permutation(count).tolist():
+            wp.launch(kernel, 1, inputs=[*inputs, thread], outputs=list(outputs), device="cpu")
+
+    def launch_uneven(self: Executor, kernel: wp.Kernel, weights: np.ndarray, inputs: list, outputs: list) -> None:
+        self.launch(kernel, len(weights), inputs, outputs)
+
+    monkeypatch.setattr(Executor, "launch", launch)
+    monkeypatch.setattr(Executor, "launch_uneven", launch_uneven)
+    monkeypatch.setattr(jobs, "_CHUNK", jobs._GPU_CHUNK)
+    shuffled = warp_rt.build_accel(before, bvh=bvh, threads=1)
+    shuffled = shuffled, refit_accel(shuffled, after, threads=1)
+    of_builder = {
+        "lbvh": {"split_runs", "list_halves", "write_runs"},
+        "ploc": {"find_nearest", "join_packets", "join_nodes"},
+    }
+    assert {"refer_to_triangles", "merge_ranges", "open_nodes", "write_nodes", "refit_nodes", *of_builder[bvh]} <= {
+        *launches
+    }
+    for one, other in zip(expected, shuffled, strict=True):
+        for name in ("nodes", "leaves", "instances"):
+            assert getattr(one.data, name).numpy().tobytes() == getattr(other.data, name).numpy().tobytes()
+        assert one.statistics == other.statistics
 
 
 @pytest.mark.parametrize("bvh", BUILDERS)
