@@ -4,10 +4,12 @@
 
 import warp as wp
 
+from .features import Features, PlainScene
 from .light import KIND_DISTANT, KIND_MESH, cone_factor
+from .per_type import per_type
 from .profile import profile_factor
 from .sample_light import has_extent, light_radiance, meet_extent
-from .structs import LightData, SceneData
+from .structs import FrameData, LightData, RayTask, SceneData
 from .texture import WRAP_CLAMP, sample_image
 from .visibility import holds
 
@@ -97,3 +99,43 @@ def nearest_light(
                     seen.row = k
                     seen.distance = met.distance
     return seen
+
+
+@per_type
+def light_met(
+    scene: wp.ref[SceneData], frame: wp.ref[FrameData], task: wp.ref[RayTask], t: float, features: Features
+) -> SeenLight:
+    """Return the light that a ray of the tree meets before ``t``, where lights are visible."""
+    if frame.lights_visible != 0:
+        return nearest_light(scene, task.origin, task.direction, t, task.sender)
+    seen = SeenLight()
+    seen.row = -1
+    seen.distance = t
+    return seen
+
+
+@wp.func
+def light_met(
+    scene: wp.ref[SceneData], frame: wp.ref[FrameData], task: wp.ref[RayTask], t: float, features: wp.ref[PlainScene]
+) -> SeenLight:
+    """Return that it meets none: none is visible."""
+    seen = SeenLight()
+    seen.row = -1
+    seen.distance = t
+    return seen
+
+
+@per_type
+def radiance_of_seen(
+    scene: wp.ref[SceneData], seen: wp.ref[SeenLight], task: wp.ref[RayTask], features: Features
+) -> wp.vec3:
+    """Return what the light that a ray of the tree meets sends back along it."""
+    return light_emission(scene, scene.lights[seen.row], task.origin, task.direction, seen.distance)
+
+
+@wp.func
+def radiance_of_seen(
+    scene: wp.ref[SceneData], seen: wp.ref[SeenLight], task: wp.ref[RayTask], features: wp.ref[PlainScene]
+) -> wp.vec3:
+    """Return nothing: there is none."""
+    return wp.vec3(0.0, 0.0, 0.0)

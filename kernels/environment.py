@@ -4,6 +4,8 @@
 
 import warp as wp
 
+from .features import Features, PlainScene
+from .per_type import per_type
 from .structs import DomeData, FrameData, RayDifferential, SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_footprint, sample_image
 from .visibility import holds
@@ -83,13 +85,14 @@ def dome_irradiance(scene: wp.ref[SceneData], dome: wp.ref[DomeData], normal: wp
     return bottom * (1.0 - fy) + top * fy
 
 
-@wp.func
+@per_type
 def environment(
     scene: wp.ref[SceneData],
     frame: wp.ref[FrameData],
     direction: wp.vec3,
     ray: wp.ref[RayDifferential],
     sender: int,
+    features: Features,
 ):
     """Return what a ray that leaves the scene brings back, and the alpha that an eye ray gets with it.
 
@@ -106,4 +109,17 @@ def environment(
             is_covered += 1
     if is_covered > 0:
         return color, 1.0
+    return frame.background, frame.background_alpha
+
+
+@wp.func
+def environment(
+    scene: wp.ref[SceneData],
+    frame: wp.ref[FrameData],
+    direction: wp.vec3,
+    ray: wp.ref[RayDifferential],
+    sender: int,
+    features: wp.ref[PlainScene],
+):
+    """Return the background colour and its alpha."""
     return frame.background, frame.background_alpha

@@ -6,6 +6,8 @@ import warp as wp
 
 from .albedo import diffuse_albedo, specular_albedo
 from .constants import GRAZING_FADE, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .features import Features, PlainScene
+from .per_type import per_type
 from .ray_differential import coordinate_differential
 from .sample_gloss import ggx_distribution
 from .structs import MaterialData, SceneData
@@ -83,50 +85,59 @@ class Shading:
     """n_incoming / n_outgoing for a ray that goes on through the surface; 1: straight."""
 
 
-# Out of line: constants, by far the most, are then read without it.
-@wp.func(inline=False)
-def eval_varying_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, is_averaged: bool) -> wp.vec4:
-    """Return an input that is a texture or a primvar, at a surface point.
-
-    Args:
-        scene: Shading data.
-        surface: Where.
-        row: Of ``SceneData.inputs``.
-        is_averaged: Whether a texture gives its mean over the ray's footprint.
-    """
-    data = scene.inputs[row]
-    value = wp.vec4(0.0, 0.0, 0.0, 0.0)
-    if data.texture < 0:
-        fallback = scene.input_values[row]
-        value = wp.cw_mul(eval_primvar(scene, surface, data.primvar, fallback), data.scale) + data.bias
-    else:
-        texture = scene.textures[data.texture]
-        uv_fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
-        st = eval_primvar(scene, surface, texture.primvar, uv_fallback)
-        across = wp.vec2(0.0, 0.0)
-        down = wp.vec2(0.0, 0.0)
-        if scene.is_filtered != 0 and is_averaged:
-            across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
-            down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
-        value = eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down)
-    if data.channel >= 0:
-        c = value[data.channel]
+@wp.func
+def pick_channel(value: wp.vec4, channel: int) -> wp.vec4:
+    """Return one channel of a value four times; the value itself for -1."""
+    if channel >= 0:
+        c = value[channel]
         return wp.vec4(c, c, c, c)
     return value
 
 
-@wp.func
+# Out of line, like the next one: constants, by far the most inputs, are then read without it.
+@wp.func(inline=False)
+def eval_primvar_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int) -> wp.vec4:
+    """Return an input that is a primvar, at a surface point; ``row`` is that of ``SceneData.inputs``."""
+    data = scene.inputs[row]
+    value = eval_primvar(scene, surface, data.primvar, scene.input_values[row])
+    return pick_channel(wp.cw_mul(value, data.scale) + data.bias, data.channel)
+
+
+@wp.func(inline=False)
+def eval_varying_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, is_averaged: bool) -> wp.vec4:
+    """Return an input that is a texture or a primvar, at a surface point; arguments as for the functions around."""
+    data = scene.inputs[row]
+    if data.texture < 0:
+        return eval_primvar_input(scene, surface, row)
+    texture = scene.textures[data.texture]
+    fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
+    st = eval_primvar(scene, surface, texture.primvar, fallback)
+    across = wp.vec2(0.0, 0.0)
+    down = wp.vec2(0.0, 0.0)
+    if scene.is_filtered != 0 and is_averaged:
+        across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
+        down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
+    return pick_channel(eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down), data.channel)
+
+
+@per_type
 def eval_input(
-    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, is_averaged: bool
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    varying: int,
+    index: int,
+    is_averaged: bool,
+    features: Features,
 ) -> wp.vec4:
-    """Return one input of the surface's material; of a texture its mean over the ray's footprint, if it is to be.
+    """Return one input of the surface's material.
 
     Args:
         scene: Shading data.
         surface: Where.
         varying: ``MaterialData.varying``.
         index: Of the input.
-        is_averaged: Whether a texture gives its mean.
+        is_averaged: Whether a texture gives its mean over the ray's footprint.
+        features: What the kernel can render.
     """
     row = surface.material * INPUT_COUNT + index
     if varying & (1 << index) != 0:
@@ -135,16 +146,36 @@ def eval_input(
 
 
 @wp.func
-def input_vec3(scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int) -> wp.vec3:
+def eval_input(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    varying: int,
+    index: int,
+    is_averaged: bool,
+    features: wp.ref[PlainScene],
+) -> wp.vec4:
+    """Return it: no texture."""
+    row = surface.material * INPUT_COUNT + index
+    if varying & (1 << index) != 0:
+        return eval_primvar_input(scene, surface, row)
+    return scene.input_values[row]
+
+
+@per_type
+def input_vec3(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, features: Features
+) -> wp.vec3:
     """Return a colour input of the surface's material."""
-    value = eval_input(scene, surface, varying, index, True)
+    value = eval_input(scene, surface, varying, index, True, features)
     return wp.vec3(value[0], value[1], value[2])
 
 
-@wp.func
-def input_float(scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int) -> float:
+@per_type
+def input_float(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, features: Features
+) -> float:
     """Return a scalar input of the surface's material."""
-    return eval_input(scene, surface, varying, index, True)[0]
+    return eval_input(scene, surface, varying, index, True, features)[0]
 
 
 @wp.func
@@ -157,8 +188,10 @@ def mirror_share(roughness: float) -> float:
     return 1.0 - x * x * (3.0 - 2.0 * x)
 
 
-@wp.func
-def shading_normal(scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3) -> wp.vec3:
+@per_type
+def shading_normal(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, features: Features
+) -> wp.vec3:
     """Return the unit shading normal, bent by the input ``normal`` if there is one, on the viewer's side."""
     n = surface.n_shading
     if material.has_normal_map != 0:
@@ -171,11 +204,23 @@ def shading_normal(scene: wp.ref[SceneData], surface: wp.ref[Surface], material:
         t = tangent - n * wp.dot(n, tangent)
         b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
         if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
-            m = input_vec3(scene, surface, material.varying, _NORMAL)
+            m = input_vec3(scene, surface, material.varying, _NORMAL, features)
             bent = wp.normalize(t) * m[0] + wp.normalize(b) * m[1] + n * m[2]
             if wp.length_sq(bent) > 0.0:
                 n = wp.normalize(bent)
     return face_forward(n, wo)
+
+
+@wp.func
+def shading_normal(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    material: MaterialData,
+    wo: wp.vec3,
+    features: wp.ref[PlainScene],
+) -> wp.vec3:
+    """Return the interpolated normal on the viewer's side."""
+    return face_forward(surface.n_shading, wo)
 
 
 @wp.func
@@ -194,24 +239,29 @@ def passage_eta(is_closed: int, side: float, ior: float) -> float:
     return ior
 
 
-@wp.func
+@per_type
 def eval_whitted(
-    scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, side: float
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    material: MaterialData,
+    wo: wp.vec3,
+    side: float,
+    features: Features,
 ) -> Shading:
     """Return the lecture's material at a surface point."""
     s = Shading()
     s.model = MODEL_WHITTED
-    s.n = shading_normal(scene, surface, material, wo)
+    s.n = shading_normal(scene, surface, material, wo, features)
     s.wo = wo
     s.presence = 1.0
-    s.ambient = input_vec3(scene, surface, material.varying, _AMBIENT)
-    s.diffuse = input_vec3(scene, surface, material.varying, _DIFFUSE)
-    s.specular = input_vec3(scene, surface, material.varying, _SPECULAR)
-    s.exponent = input_float(scene, surface, material.varying, _SHININESS)
-    s.kr = input_vec3(scene, surface, material.varying, _REFLECTION)
-    s.kt = input_vec3(scene, surface, material.varying, _TRANSMISSION)
+    s.ambient = input_vec3(scene, surface, material.varying, _AMBIENT, features)
+    s.diffuse = input_vec3(scene, surface, material.varying, _DIFFUSE, features)
+    s.specular = input_vec3(scene, surface, material.varying, _SPECULAR, features)
+    s.exponent = input_float(scene, surface, material.varying, _SHININESS, features)
+    s.kr = input_vec3(scene, surface, material.varying, _REFLECTION, features)
+    s.kt = input_vec3(scene, surface, material.varying, _TRANSMISSION, features)
     is_closed = scene.meshes[surface.mesh].is_closed
-    s.eta = passage_eta(is_closed, side, input_float(scene, surface, material.varying, _IOR))
+    s.eta = passage_eta(is_closed, side, input_float(scene, surface, material.varying, _IOR, features))
     local = s.diffuse + s.specular
     s.has_local = 1 if wp.max(local[0], wp.max(local[1], local[2])) > 0.0 else 0
     return s
@@ -241,9 +291,14 @@ def preview_f0(diffuse: wp.vec3, specular: wp.vec3, metallic: float, ior: float,
     return (color * dielectric_f0(ior)) * (1.0 - metallic) + color * metallic
 
 
-@wp.func
+@per_type
 def eval_preview(
-    scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, side: float
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    material: MaterialData,
+    wo: wp.vec3,
+    side: float,
+    features: Features,
 ) -> Shading:
     """Return a UsdPreviewSurface at a surface point, its mirror and glass rays included.
 
@@ -257,11 +312,11 @@ def eval_preview(
     """
     s = Shading()
     s.model = MODEL_PREVIEW
-    s.n = shading_normal(scene, surface, material, wo)
+    s.n = shading_normal(scene, surface, material, wo, features)
     s.wo = wo
     # A cut-out's edge is where opacity crosses the threshold: the mean of what lies about it says nothing of that.
     is_averaged = material.opacity_threshold <= 0.0
-    opacity = wp.clamp(eval_input(scene, surface, material.varying, _OPACITY, is_averaged)[0], 0.0, 1.0)
+    opacity = wp.clamp(eval_input(scene, surface, material.varying, _OPACITY, is_averaged, features)[0], 0.0, 1.0)
     if material.opacity_threshold > 0.0:
         opacity = 1.0 if opacity >= material.opacity_threshold else 0.0
     s.presence = 1.0
@@ -271,14 +326,14 @@ def eval_preview(
     if material.is_single_sided != 0 and side < 0.0:
         s.presence = 0.0
 
-    color = input_vec3(scene, surface, material.varying, _DIFFUSE_COLOR)
-    metallic = wp.clamp(input_float(scene, surface, material.varying, _METALLIC), 0.0, 1.0)
-    roughness = wp.max(input_float(scene, surface, material.varying, _ROUGHNESS), ROUGHNESS_MIN)
-    ior = input_float(scene, surface, material.varying, _PREVIEW_IOR)
+    color = input_vec3(scene, surface, material.varying, _DIFFUSE_COLOR, features)
+    metallic = wp.clamp(input_float(scene, surface, material.varying, _METALLIC, features), 0.0, 1.0)
+    roughness = wp.max(input_float(scene, surface, material.varying, _ROUGHNESS, features), ROUGHNESS_MIN)
+    ior = input_float(scene, surface, material.varying, _PREVIEW_IOR, features)
     one = wp.vec3(1.0, 1.0, 1.0)
     s.specular = preview_f0(
         color,
-        input_vec3(scene, surface, material.varying, _SPECULAR_COLOR),
+        input_vec3(scene, surface, material.varying, _SPECULAR_COLOR, features),
         metallic,
         ior,
         material.use_specular_workflow,
@@ -290,14 +345,14 @@ def eval_preview(
         s.diffuse = s.diffuse * (1.0 - metallic)
     # Exact Fresnel reflectance is 0 at all angles where it is 0 head on; Schlick's would still be 1 at grazing ones.
     s.specular_grazing = s.specular_grazing * wp.min(GRAZING_FADE * max_component(s.specular), 1.0)
-    s.ambient = s.diffuse * input_float(scene, surface, material.varying, _OCCLUSION)
-    s.emission = input_vec3(scene, surface, material.varying, _EMISSIVE)
+    s.ambient = s.diffuse * input_float(scene, surface, material.varying, _OCCLUSION, features)
+    s.emission = input_vec3(scene, surface, material.varying, _EMISSIVE, features)
     s.alpha = roughness * roughness
     s.coat_f0 = dielectric_f0(ior)
-    s.coat = wp.clamp(input_float(scene, surface, material.varying, _COAT), 0.0, 1.0) * wp.min(
+    s.coat = wp.clamp(input_float(scene, surface, material.varying, _COAT, features), 0.0, 1.0) * wp.min(
         GRAZING_FADE * s.coat_f0, 1.0
     )
-    coat_roughness = wp.max(input_float(scene, surface, material.varying, _COAT_ROUGHNESS), ROUGHNESS_MIN)
+    coat_roughness = wp.max(input_float(scene, surface, material.varying, _COAT_ROUGHNESS, features), ROUGHNESS_MIN)
     s.coat_alpha = coat_roughness * coat_roughness
     s.has_local = 1
 
@@ -342,8 +397,10 @@ def at_most(amount: wp.vec3, limit: wp.vec3) -> wp.vec3:
     return factor
 
 
-@wp.func
-def eval_material(scene: wp.ref[SceneData], surface: wp.ref[Surface], wo: wp.vec3, leaked: wp.vec4i) -> Shading:
+@per_type
+def eval_material(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], wo: wp.vec3, leaked: wp.vec4i, features: Features
+) -> Shading:
     """Return the surface's material as seen from the unit direction ``wo``.
 
     Entering or leaving is told by the side of the geometric normal that the ray is on; at instances that the ray has
@@ -355,8 +412,8 @@ def eval_material(scene: wp.ref[SceneData], surface: wp.ref[Surface], wo: wp.vec
             side = -side
     material = scene.materials[surface.material]
     if material.model == MODEL_WHITTED:
-        return eval_whitted(scene, surface, material, wo, side)
-    return eval_preview(scene, surface, material, wo, side)
+        return eval_whitted(scene, surface, material, wo, side, features)
+    return eval_preview(scene, surface, material, wo, side, features)
 
 
 @wp.func

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import warp as wp
 
+from .features import PlainScene
 from .per_type import per_type
 from .tree_record import CrossingRecord, LightRecord, NodeRecord
 
@@ -70,5 +71,7 @@ class CostCounter:
 Observer = TypeVar("Observer", Unobserved, TreeRecorder, CostCounter)
 """Stands for each type of observer in the annotations of an ``observed`` function."""
 
-observed = per_type
-"""Decorates the functions that take an ``observer``."""
+
+def observed(function):
+    """Decorate a function that takes an ``observer``; who watches, watches any scene, through one kernel."""
+    return per_type(function, lambda types: PlainScene not in types or Unobserved in types)

@@ -7,21 +7,29 @@ from typing import TypeVar
 import warp as wp
 
 
-def per_type(function):
+def per_type(function, is_needed=lambda types: True):
     """Return the Warp function that has ``function`` as its overload for each choice of types for its type variables.
 
     A type variable in the annotations stands for each of its constraints, passed by reference. Warp's own generics
     (``Any``) would do, but cannot be mixed with arguments by reference.
+
+    Args:
+        function: Annotated Python function.
+        is_needed: Whether any kernel has a use for a choice of types, a list.
     """
     annotations = function.__annotations__
     choices = [{}]
     for variable in dict.fromkeys(type_ for type_ in annotations.values() if isinstance(type_, TypeVar)):
-        choices = [choice | {variable: wp.ref[type_]} for choice in choices for type_ in variable.__constraints__]
+        choices = [choice | {variable: type_} for choice in choices for type_ in variable.__constraints__]
     overloads = []
     for chosen in choices:
+        if not is_needed(list(chosen.values())):
+            continue
         twin = type(function)(function.__code__, function.__globals__, function.__name__)
         twin.__qualname__, twin.__doc__ = function.__qualname__, function.__doc__
-        twin.__annotations__ = {name: chosen.get(type_, type_) for name, type_ in annotations.items()}
+        twin.__annotations__ = {
+            name: wp.ref[chosen[type_]] if isinstance(type_, TypeVar) else type_ for name, type_ in annotations.items()
+        }
         overloads.append(wp.func(twin))
     for overload in overloads[1:]:
         overloads[0].add_overload(overload)

@@ -11,9 +11,11 @@ Reference: Igehy (1999), Tracing Ray Differentials, SIGGRAPH 99, section 3.
 import warp as wp
 
 from .constants import CUBIC_TUBE, FRUSTUM, GRAZING, PARAMETRIC, SPHERE, TRIANGLES
+from .features import Features, PlainScene
 from .intersect_tube import bezier_blossom, bezier_derivative
+from .per_type import per_type
 from .shape_surface import shape_axis, xyz
-from .structs import FrameData, RayDifferential, SceneData
+from .structs import FrameData, RayDifferential, RayTask, SceneData
 from .surface import (
     NORMALS_SLOT,
     Surface,
@@ -308,3 +310,61 @@ def coordinate_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface], 
     local = transform_vector(scene.instances[surface.instance].local_from_world, dp)
     du = wp.dot(local, axis) / wp.max(wp.dot(axis, axis), 1.0e-30)
     return wp.vec2(slope[0] * du, slope[1] * du)
+
+
+@per_type
+def track_eye(scene: wp.ref[SceneData], frame: wp.ref[FrameData], eye: wp.ref[RayTask], features: Features):
+    """Give an eye ray its differential, where anything reads it."""
+    if scene.is_filtered != 0:
+        eye.differential = eye_differential(frame, eye.origin, eye.direction)
+
+
+@wp.func
+def track_eye(scene: wp.ref[SceneData], frame: wp.ref[FrameData], eye: wp.ref[RayTask], features: wp.ref[PlainScene]):
+    """Do nothing: there is no texture."""
+    pass
+
+
+@per_type
+def track_hit(scene: wp.ref[SceneData], surface: wp.ref[Surface], task: wp.ref[RayTask], t: float, features: Features):
+    """Give a hit its footprint, where anything reads it."""
+    if scene.is_filtered != 0:
+        set_footprint(surface, task.differential, task.direction, t)
+
+
+@wp.func
+def track_hit(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], task: wp.ref[RayTask], t: float, features: wp.ref[PlainScene]
+):
+    """Do nothing."""
+    pass
+
+
+@per_type
+def track_bounce(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    parent: wp.ref[RayTask],
+    child: wp.ref[RayTask],
+    n: wp.vec3,
+    eta: float,
+    features: Features,
+):
+    """Give a mirrored or refracted ray its differential, where anything reads it; arguments: ``bend_differential``."""
+    if scene.is_filtered != 0:
+        child.differential = parent.differential
+        bend_differential(scene, child.differential, surface, parent.direction, n, eta)
+
+
+@wp.func
+def track_bounce(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    parent: wp.ref[RayTask],
+    child: wp.ref[RayTask],
+    n: wp.vec3,
+    eta: float,
+    features: wp.ref[PlainScene],
+):
+    """Do nothing."""
+    pass

@@ -14,11 +14,13 @@ from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import PASS_LIMIT
-from .emission import light_emission, nearest_light
+from .emission import light_met, radiance_of_seen
 from .environment import environment
+from .features import AnyScene, Features
 from .line_hit import correct_hit
 from .material import NO_LEAK, Shading, eval_material
 from .observer import Observer, Unobserved, observed
+from .per_type import per_type
 from .ray_counts import (
     DROPPED_BY_DEPTH,
     PASSED,
@@ -29,7 +31,7 @@ from .ray_counts import (
     count_reflection,
     count_refraction,
 )
-from .ray_differential import bend_differential, eye_differential, set_footprint
+from .ray_differential import track_bounce, track_eye, track_hit
 from .sampling import branch_key, pixel_key
 from .shading import local_illumination
 from .structs import FilmData, FrameData, RayTask, SceneData
@@ -128,7 +130,7 @@ def leak(
     return after
 
 
-@wp.func
+@per_type
 def child_task(
     scene: wp.ref[SceneData],
     parent: wp.ref[RayTask],
@@ -138,6 +140,7 @@ def child_task(
     coefficient: wp.vec3,
     leaked: wp.vec4i,
     kind: int,
+    features: Features,
 ) -> RayTask:
     """Return the task of a ray that is one level deeper.
 
@@ -150,6 +153,7 @@ def child_task(
         coefficient: Kr or Kt.
         leaked: As ``leak`` returns it.
         kind: REFLECTION or REFRACTION.
+        features: What the kernel can render.
     """
     child = RayTask()
     child.origin = spawn_origin(scene, surface, direction)
@@ -164,10 +168,8 @@ def child_task(
     child.from_triangle = surface.triangle
     child.sender = surface.instance
     child.leaked = leaked
-    if scene.is_filtered != 0:
-        child.differential = parent.differential
-        eta = shading.eta if kind == REFRACTION else 0.0
-        bend_differential(scene, child.differential, surface, parent.direction, shading.n, eta)
+    eta = shading.eta if kind == REFRACTION else 0.0
+    track_bounce(scene, surface, parent, child, shading.n, eta, features)
     return child
 
 
@@ -181,6 +183,7 @@ def push_children(
     shading: wp.ref[Shading],
     frame: wp.ref[FrameData],
     counts: wp.array[wp.int64],
+    features: Features,
     observer: Observer,
 ) -> int:
     """Push the refraction and the reflection ray of a node; return the new top of the stack.
@@ -200,14 +203,14 @@ def push_children(
             if shading.eta != 1.0:
                 direction = refract(task.direction, shading.n, shading.eta)
             leaked = leak(scene, surface, task.leaked, direction, shading.wo, True)
-            tasks[top] = child_task(scene, task, surface, shading, direction, kt, leaked, REFRACTION)
+            tasks[top] = child_task(scene, task, surface, shading, direction, kt, leaked, REFRACTION, features)
             tell_push(observer, top, REFRACTION)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(REFLECTION, kr, task, frame, counts, observer):
         mirrored = wp.normalize(reflect(task.direction, shading.n))
         leaked = leak(scene, surface, task.leaked, mirrored, shading.wo, False)
-        tasks[top] = child_task(scene, task, surface, shading, mirrored, kr, leaked, REFLECTION)
+        tasks[top] = child_task(scene, task, surface, shading, mirrored, kr, leaked, REFLECTION, features)
         tell_push(observer, top, REFLECTION)
         top += 1
         count_reflection(counts, task.depth + 1)
@@ -229,6 +232,7 @@ def trace_tree(
     stack: wp.ref[Stack],
     counts: wp.array[wp.int64],
     first: wp.ref[FirstHit],
+    features: Features,
     observer: Observer,
 ) -> wp.vec4:
     """Return the radiance and alpha that an eye ray brings back.
@@ -247,6 +251,7 @@ def trace_tree(
         stack: Scratch of the traversal.
         counts: Counter row.
         first: Where what the ray meets first is written, or that it meets nothing.
+        features: What the kernel can render.
         observer: Who is told of every node, light and shadow.
     """
     first.instance = -1
@@ -263,8 +268,7 @@ def trace_tree(
     eye.from_instance = -1
     eye.sender = -1
     eye.leaked = NO_LEAK
-    if scene.is_filtered != 0:
-        eye.differential = eye_differential(frame, origin, direction)
+    track_eye(scene, frame, eye, features)
     tasks[0] = eye
     tell_eye(observer)
     count(counts, PRIMARY)
@@ -277,18 +281,15 @@ def trace_tree(
         hit = closest_hit_from(
             accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack, observer
         )
-        seen = int(-1)
-        if frame.lights_visible != 0:
-            light = nearest_light(scene, task.origin, task.direction, hit.t, task.sender)
-            seen = light.row
-            if seen >= 0:
-                hit.t = light.distance
-                hit.instance = -1
+        seen = light_met(scene, frame, task, hit.t, features)
+        if seen.row >= 0:
+            hit.t = seen.distance
+            hit.instance = -1
         tell_ray(observer, top, task, hit)
         if hit.instance < 0:
-            behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender)
-            if seen >= 0:
-                behind = light_emission(scene, scene.lights[seen], task.origin, task.direction, hit.t)
+            behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender, features)
+            if seen.row >= 0:
+                behind = radiance_of_seen(scene, seen, task, features)
                 behind_alpha = 1.0
             tell_background(observer, behind)
             color += wp.cw_mul(task.coefficient, behind)
@@ -297,13 +298,12 @@ def trace_tree(
             continue
         correct_hit(scene, hit, task.offset, task.direction)
         surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
-        if scene.is_filtered != 0:
-            set_footprint(surface, task.differential, task.direction, hit.t)
-        shading = eval_material(scene, surface, -task.direction, task.leaked)
-        if not is_seen(scene, hit.instance, task.depth):
+        track_hit(scene, surface, task, hit.t, features)
+        shading = eval_material(scene, surface, -task.direction, task.leaked, features)
+        if not is_seen(scene, hit.instance, task.depth, features):
             shading.presence = 0.0
         tell_surface(observer, scene, surface, shading)
-        holds_out = is_held_out(scene, hit.instance, task.depth)
+        holds_out = is_held_out(scene, hit.instance, task.depth, features)
         if task.depth == 1:
             travelled += hit.t
             if not holds_out:
@@ -338,11 +338,11 @@ def trace_tree(
         if holds_out:
             continue
         local = local_illumination(
-            scene, accel, frame, stack, surface, shading, task.depth, task.key, sample, counts, observer
+            scene, accel, frame, stack, surface, shading, task.depth, task.key, sample, counts, features, observer
         )
         tell_local(observer, local)
         color += wp.cw_mul(task.coefficient, local)
-        top = push_children(scene, tasks, top, task, surface, shading, frame, counts, observer)
+        top = push_children(scene, tasks, top, task, surface, shading, frame, counts, features, observer)
     return wp.vec4(color[0], color[1], color[2], alpha)
 
 
@@ -359,6 +359,7 @@ def render_pixel(
     row: int,
     column: int,
     sample: int,
+    features: Features,
     observer: Observer,
 ):
     """Add one sample to a pixel of the film."""
@@ -379,6 +380,7 @@ def render_pixel(
         stack,
         counts,
         first,
+        features,
         observer,
     )
     film.color[row, column] = film.color[row, column] + value
@@ -415,5 +417,8 @@ def render_tile(
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
     mine = tasks[scratch]
+    features = AnyScene()
     nobody = Unobserved()
-    render_pixel(scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, nobody)
+    render_pixel(
+        scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, features, nobody
+    )

@@ -11,6 +11,7 @@ import warp as wp
 from .aov import FirstHit
 from .bvh_structs import AccelData, Stacks, stack_of_thread
 from .camera import make_eye_ray
+from .features import AnyScene
 from .observer import TreeRecorder
 from .ray_tree import trace_tree
 from .sampling import pixel_key
@@ -42,6 +43,7 @@ def record_sample(
     stack = stack_of_thread(stacks, 0)
     eye = make_eye_ray(frames[0], x, y, sample)
     first = FirstHit()
+    features = AnyScene()
     values_out[sample] = trace_tree(
         scenes[0],
         accels[0],
@@ -56,5 +58,6 @@ def record_sample(
         stack,
         counts[0],
         first,
+        features,
         recorder,
     )

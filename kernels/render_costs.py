@@ -10,6 +10,7 @@ import warp as wp
 
 from .aov import add_costs
 from .bvh_structs import AccelData, Stacks, stack_of_thread
+from .features import AnyScene
 from .observer import CostCounter
 from .ray_tree import render_pixel
 from .structs import FilmData, FrameData, RayTask, SceneData
@@ -38,6 +39,9 @@ def render_tile_costs(
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
     mine = tasks[scratch]
+    features = AnyScene()
     cost = CostCounter()
-    render_pixel(scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, cost)
+    render_pixel(
+        scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, features, cost
+    )
     add_costs(films[0], row, column, cost)

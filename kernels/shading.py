@@ -10,6 +10,7 @@ from .bvh_traverse import any_hit_from, closest_hit_from
 from .constants import SHADOW_END, SHADOW_LIMIT
 from .emission import is_mirrored
 from .environment import dome_irradiance
+from .features import Features, PlainScene
 from .material import (
     MODEL_PREVIEW,
     MODEL_WHITTED,
@@ -19,7 +20,7 @@ from .material import (
     eval_response,
     unmirrored_scales,
 )
-from .observer import Observer, observed
+from .observer import Observer, Unobserved, observed
 from .ray_counts import count_shadow
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
@@ -75,6 +76,24 @@ def shadow_color(scene: wp.ref[SceneData], shadow: int, visible: wp.vec3) -> wp.
 
 
 @observed
+def opaque_shadow(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    direction: wp.vec3,
+    distance: float,
+    observer: Observer,
+) -> wp.vec3:
+    """Return 0 where anything is on the way to a light, else 1."""
+    origin = spawn_origin(scene, surface, direction)
+    if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer):
+        tell_blocked(observer, scene, accel, origin, direction, distance, surface, stack)
+        return wp.vec3(0.0, 0.0, 0.0)
+    return wp.vec3(1.0, 1.0, 1.0)
+
+
+@observed
 def shadow_ray(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -84,6 +103,7 @@ def shadow_ray(
     surface: wp.ref[Surface],
     direction: wp.vec3,
     distance: float,
+    features: Features,
     observer: Observer,
 ) -> wp.vec3:
     """Return the share of a light that arrives, per channel: the lecture's S.
@@ -100,12 +120,9 @@ def shadow_ray(
     """
     one = wp.vec3(1.0, 1.0, 1.0)
     zero = wp.vec3(0.0, 0.0, 0.0)
-    origin = spawn_origin(scene, surface, direction)
     if mode == SHADOW_OPAQUE and shadow < 0 and scene.has_hidden == 0:
-        if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer):
-            tell_blocked(observer, scene, accel, origin, direction, distance, surface, stack)
-            return zero
-        return one
+        return opaque_shadow(scene, accel, stack, surface, direction, distance, observer)
+    origin = spawn_origin(scene, surface, direction)
     result = one
     faded = zero
     remaining = float(distance)
@@ -126,7 +143,7 @@ def shadow_ray(
         if casts_shadow(scene, casters, hit.instance):
             factor = zero
             if mode != SHADOW_OPAQUE:
-                shading = eval_material(scene, crossed, -direction, NO_LEAK)
+                shading = eval_material(scene, crossed, -direction, NO_LEAK, features)
                 kt = shading.kt * shading.presence
                 if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
                     kt = zero
@@ -145,6 +162,23 @@ def shadow_ray(
     return zero
 
 
+@wp.func
+def shadow_ray(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    mode: int,
+    shadow: int,
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    direction: wp.vec3,
+    distance: float,
+    features: wp.ref[PlainScene],
+    observer: wp.ref[Unobserved],
+) -> wp.vec3:
+    """Return it: all or nothing."""
+    return opaque_shadow(scene, accel, stack, surface, direction, distance, observer)
+
+
 @observed
 def sampled_illumination(
     scene: wp.ref[SceneData],
@@ -158,6 +192,7 @@ def sampled_illumination(
     key: wp.uint32,
     sample: int,
     counts: wp.array[wp.int64],
+    features: Features,
     observer: Observer,
 ) -> wp.vec3:
     """Return what a light with an extent, or a dome, adds to I_local: the mean of ``FrameData.light_samples`` samples.
@@ -180,7 +215,8 @@ def sampled_illumination(
                 tell_shadow_ray(observer)
                 reach = s.distance * SHADOW_END
                 mode = frame.shadow_mode
-                visible = shadow_ray(scene, accel, mode, emitter.shadow, stack, surface, s.wi, reach, observer)
+                shadow = emitter.shadow
+                visible = shadow_ray(scene, accel, mode, shadow, stack, surface, s.wi, reach, features, observer)
             light_color = s.irradiance * (1.0 / (wp.pi * float(frame.light_samples)))
             tell_sample(observer, emitter, s, shading, light_color)
             if max_component(visible) > 0.0:
@@ -209,6 +245,7 @@ def whole_illumination(
     row: int,
     depth: int,
     counts: wp.array[wp.int64],
+    features: Features,
     observer: Observer,
 ) -> wp.vec3:
     """Return what a light as a whole adds to I_local, with one shadow ray, where N.L > 0."""
@@ -224,7 +261,9 @@ def whole_illumination(
         tell_shadow_ray(observer)
         mode = frame.shadow_mode
         reach = arriving.distance
-        visible = shadow_ray(scene, accel, mode, light.shadow, stack, surface, arriving.to_shadow, reach, observer)
+        visible = shadow_ray(
+            scene, accel, mode, light.shadow, stack, surface, arriving.to_shadow, reach, features, observer
+        )
     light_color = arriving.irradiance * (1.0 / wp.pi)
     scales = wp.vec3(light.diffuse, light.specular, light.specular)
     if is_mirrored(light, frame.lights_visible):
@@ -253,6 +292,118 @@ def whole_dome(
 
 
 @observed
+def light_illumination(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    row: int,
+    depth: int,
+    key: wp.uint32,
+    sample: int,
+    counts: wp.array[wp.int64],
+    features: Features,
+    observer: Observer,
+) -> wp.vec3:
+    """Return what one light adds to I_local, by samples or as a whole."""
+    if not holds(scene.links, scene.lights[row].receivers, surface.instance):
+        tell_dark_light(observer, row, 0.0)
+        return wp.vec3(0.0, 0.0, 0.0)
+    if is_sampled(frame, scene.lights[row]):
+        emitter = light_at(scene, shading, row, frame.lights_visible)
+        return sampled_illumination(
+            scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, features, observer
+        )
+    return whole_illumination(
+        scene, accel, frame, stack, surface, shading, scene.lights[row], row, depth, counts, features, observer
+    )
+
+
+@wp.func
+def light_illumination(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    row: int,
+    depth: int,
+    key: wp.uint32,
+    sample: int,
+    counts: wp.array[wp.int64],
+    features: wp.ref[PlainScene],
+    observer: wp.ref[Unobserved],
+) -> wp.vec3:
+    """Return it: as a whole."""
+    return whole_illumination(
+        scene, accel, frame, stack, surface, shading, scene.lights[row], row, depth, counts, features, observer
+    )
+
+
+@observed
+def add_domes(
+    result: wp.ref[wp.vec3],
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    depth: int,
+    key: wp.uint32,
+    sample: int,
+    counts: wp.array[wp.int64],
+    features: Features,
+    observer: Observer,
+):
+    """Add what the domes add to I_local, by samples or as a whole."""
+    for k in range(scene.dome_count):
+        if holds(scene.links, scene.domes[k].receivers, surface.instance):
+            if frame.light_samples > 0:
+                emitter = dome_at(scene, shading, k)
+                result += sampled_illumination(
+                    scene,
+                    accel,
+                    frame,
+                    stack,
+                    surface,
+                    shading,
+                    emitter,
+                    depth,
+                    key,
+                    sample,
+                    counts,
+                    features,
+                    observer,
+                )
+            else:
+                result += whole_dome(scene, shading, scene.domes[k], scene.light_count + k, observer)
+
+
+@wp.func
+def add_domes(
+    result: wp.ref[wp.vec3],
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    stack: wp.ref[Stack],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    depth: int,
+    key: wp.uint32,
+    sample: int,
+    counts: wp.array[wp.int64],
+    features: wp.ref[PlainScene],
+    observer: wp.ref[Unobserved],
+):
+    """Add nothing: there is none."""
+    pass
+
+
+@observed
 def local_illumination(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -264,6 +415,7 @@ def local_illumination(
     key: wp.uint32,
     sample: int,
     counts: wp.array[wp.int64],
+    features: Features,
     observer: Observer,
 ) -> wp.vec3:
     """Return I_local = ka Ia + sum over lights with N.L > 0 of S I_l (kd (N.L) + ks max(R_l.V, 0)^n).
@@ -278,24 +430,8 @@ def local_illumination(
     if shading.has_local == 0:
         return result
     for k in range(scene.light_count):
-        if not holds(scene.links, scene.lights[k].receivers, surface.instance):
-            tell_dark_light(observer, k, 0.0)
-        elif is_sampled(frame, scene.lights[k]):
-            emitter = light_at(scene, shading, k, frame.lights_visible)
-            result += sampled_illumination(
-                scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
-            )
-        else:
-            result += whole_illumination(
-                scene, accel, frame, stack, surface, shading, scene.lights[k], k, depth, counts, observer
-            )
-    for k in range(scene.dome_count):
-        if holds(scene.links, scene.domes[k].receivers, surface.instance):
-            if frame.light_samples > 0:
-                emitter = dome_at(scene, shading, k)
-                result += sampled_illumination(
-                    scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, observer
-                )
-            else:
-                result += whole_dome(scene, shading, scene.domes[k], scene.light_count + k, observer)
+        result += light_illumination(
+            scene, accel, frame, stack, surface, shading, k, depth, key, sample, counts, features, observer
+        )
+    add_domes(result, scene, accel, frame, stack, surface, shading, depth, key, sample, counts, features, observer)
     return result

@@ -4,6 +4,8 @@
 
 import warp as wp
 
+from .features import Features, PlainScene
+from .per_type import per_type
 from .structs import SceneData
 
 SEEN_BY_EYE = wp.constant(1)
@@ -22,8 +24,8 @@ def is_present(scene: wp.ref[SceneData], instance: int, flag: int) -> bool:
     return scene.instances[instance].flags & flag != 0
 
 
-@wp.func
-def is_seen(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
+@per_type
+def is_seen(scene: wp.ref[SceneData], instance: int, depth: int, features: Features) -> bool:
     """Return whether a ray of the tree meets an instance; at depth 1 it comes from the eye."""
     if scene.has_hidden == 0:
         return True
@@ -34,11 +36,23 @@ def is_seen(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
 
 
 @wp.func
-def is_held_out(scene: wp.ref[SceneData], instance: int, depth: int) -> bool:
+def is_seen(scene: wp.ref[SceneData], instance: int, depth: int, features: wp.ref[PlainScene]) -> bool:
+    """Return that it does."""
+    return True
+
+
+@per_type
+def is_held_out(scene: wp.ref[SceneData], instance: int, depth: int, features: Features) -> bool:
     """Return whether a ray from the eye ends at an instance that holds out what is behind it."""
     if scene.has_hidden == 0 or depth != 1:  # by itself: `and` would read the instance in any case
         return False
     return is_present(scene, instance, HOLDS_OUT)
+
+
+@wp.func
+def is_held_out(scene: wp.ref[SceneData], instance: int, depth: int, features: wp.ref[PlainScene]) -> bool:
+    """Return that it does not."""
+    return False
 
 
 @wp.func

@@ -52,7 +52,7 @@ def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
     frame.ambient = options.ambient
     frame.background = options.background or _BLACK
     frame.background_alpha = 0.0 if options.background is None else 1.0
-    frame.shadow_mode = _shadow_mode(options.shadows, scene)
+    frame.shadow_mode = shadow_mode(options.shadows, scene)
     frame.sample_count = options.spp
     frame.light_samples = options.light_samples or 0
     frame.lights_visible = options.lights_visible
@@ -60,7 +60,7 @@ def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
     return frame
 
 
-def _shadow_mode(shadows: str, scene: Scene) -> int:
+def shadow_mode(shadows: str, scene: Scene) -> int:
     """Return the cheapest mode that gives the wanted shadows: where no material lets light through, any hit will do."""
     if shadows == "opaque":
         return int(SHADOW_OPAQUE)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,7 @@ class LightTables:
 
     def add_shadow(self, shadow: Shadow) -> int:
         """Return the row of a light's shadow; -1 for a plain one."""
-        if shadow.casters is None and replace(shadow, casters=None) == Shadow():
+        if shadow.is_plain:
             return -1
         record = {field.name: getattr(shadow, field.name) for field in fields(shadow)}
         self.shadows.append(record | {"casters": self.links.add(shadow.casters)})

@@ -16,6 +16,7 @@ import warp as wp
 
 from warp_rt.accel import Accel, build_accel, build_modules, make_stacks, refit_accel
 from warp_rt.compile import load_kernels
+from warp_rt.constant_inputs import with_constant_inputs
 from warp_rt.device_scene import DeviceScene, upload_scene, with_lights
 from warp_rt.errors import OptionError
 from warp_rt.exposure import Exposure
@@ -32,12 +33,13 @@ from warp_rt.film_camera import (
 )
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
-from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, structs
+from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, render_plain, structs
 from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
 from warp_rt.mesh_trees import has_same_triangles
 from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
+from warp_rt.plain import is_plain
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Light, Scene
 from warp_rt.tree.ray_tree import RayTree
@@ -83,7 +85,7 @@ class Renderer:
         init_warp()
         self.device = resolve_device(device)
         self._on_compile = on_compile
-        self.scene = scene
+        self.scene = with_constant_inputs(scene)
         self.options = resolve_options(options or RenderOptions(), scene.settings)
         """With every term that was left open filled in."""
         self.threads = self.options.threads or default_thread_count()
@@ -106,7 +108,7 @@ class Renderer:
             )
         with self._clock("upload"):
             self._device_scene: DeviceScene = upload_scene(
-                scene,
+                self.scene,
                 device=self.device,
                 placement=self.accel.placement,
                 texture_filter=self.options.texture_filter,
@@ -128,10 +130,13 @@ class Renderer:
         return accel if is_good else None
 
     def _load_render_kernel(self, on_compile: Callable[[], None] | None) -> wp.Kernel:
-        """Return the kernel that gives the AOVs that are wanted: the one that counts costs is slower."""
+        """Return the fastest kernel that draws the scene and gives the AOVs that are wanted."""
         if set(self.options.aovs) & set(COSTS):
             load_kernels("render_costs", device=self.device, on_compile=on_compile)
             return render_costs.render_tile_costs
+        if is_plain(self.scene, self.options):
+            load_kernels("render_plain", device=self.device, on_compile=on_compile)
+            return render_plain.render_tile_plain
         load_kernels("ray_tree", device=self.device, on_compile=on_compile)
         return ray_tree.render_tile
 

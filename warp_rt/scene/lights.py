@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -43,6 +43,11 @@ class Shadow:
     """Exponent of the strength that falls linearly over that length."""
     casters: np.ndarray | None = None
     """bool, shape [n], which of ``Scene.instances`` cast shadows; None: all."""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is no more than the absence of the light: black, of everything, at any distance."""
+        return self.casters is None and replace(self, casters=None) == Shadow()
 
 
 @dataclass(frozen=True)
