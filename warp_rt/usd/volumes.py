@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_BLOCK = 1 << 18  # triangles at a time: bounds the temporary arrays to some ten megabytes, however large the mesh
+_BLOCK = 1 << 15  # triangles at a time: what is computed on the way stays in the cache
 
 
 def encloses_volume(points: np.ndarray, triangles: np.ndarray) -> bool:
@@ -18,8 +18,9 @@ def enclose_volumes(points: np.ndarray, triangles: np.ndarray, counts: np.ndarra
     """Return for several meshes whether each edge is used as often one way as the other: bool, shape [k].
 
     Meshes are often cut open along seams of texture or normals although their surface is closed, so vertices are
-    told apart by position. Every directed edge adds a 64-bit hash of its ends, with the sign of its direction: the
-    sum is zero for a closed surface, and for an open one with a probability of 2^-64. That takes one pass, no sort.
+    told apart by position. A hash of it places each vertex in a plane, and an edge (a, b) has there the signed area of
+    the triangle (0, a, b), which its opposite cancels: modulo 2^64 the areas of a closed surface sum to zero, those of
+    an open one but for a probability of some 2^-60. That takes one pass, no sort, and three products a triangle.
 
     Args:
         points: Of all meshes, float32, shape [n, 3].
@@ -28,30 +29,27 @@ def enclose_volumes(points: np.ndarray, triangles: np.ndarray, counts: np.ndarra
     """
     bits = np.ascontiguousarray(points, np.float32) + np.float32(0)  # -0 becomes 0
     words = bits.view(np.uint32)
-    key = _mix(_mix(_mix(words[:, 0].astype(np.uint64)) + words[:, 1]) + words[:, 2])
+    x = _mix(_mix(_mix(words[:, 0].astype(np.uint64)) + words[:, 1]) + words[:, 2])
+    y = _mix(x)
     filled = np.flatnonzero(counts)
     firsts = (np.cumsum(counts) - counts)[filled]
     totals = np.zeros(len(counts), np.uint64)
     for start in range(0, len(triangles), _BLOCK):
-        block = triangles[start : start + _BLOCK]
-        meshes = slice(np.searchsorted(firsts, start, "right") - 1, np.searchsorted(firsts, start + len(block)))
-        sums = np.add.reduceat(_signed_edges(key[block]), np.maximum(firsts[meshes] - start, 0))
+        block = np.ascontiguousarray(triangles[start : start + _BLOCK].T)
+        meshes = slice(np.searchsorted(firsts, start, "right") - 1, np.searchsorted(firsts, start + block.shape[1]))
+        sums = np.add.reduceat(_signed_areas(x[block], y[block]), np.maximum(firsts[meshes] - start, 0))
         totals[filled[meshes]] += sums
     return (counts > 0) & (totals == 0)
 
 
-def _signed_edges(keys: np.ndarray) -> np.ndarray:
-    """Return the sum of a hash of each triangle's edges, turned edges negative modulo 2^64: uint64, shape [m].
+def _signed_areas(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return twice the signed area of triangles of the plane modulo 2^64: uint64, shape [m].
 
     Args:
-        keys: Of the triangles' corners, uint64, shape [m, 3].
+        x: Of their corners, uint64, shape [3, m].
+        y: The same.
     """
-    total = np.zeros(len(keys), np.uint64)
-    for start, end in ((0, 1), (1, 2), (2, 0)):
-        from_key, to_key = keys[:, start], keys[:, end]
-        edge = _mix(np.minimum(from_key, to_key) + _mix(np.maximum(from_key, to_key)))
-        total += np.where(from_key < to_key, edge, np.where(from_key > to_key, 0 - edge, np.uint64(0)))
-    return total
+    return x[0] * (y[1] - y[2]) + x[1] * (y[2] - y[0]) + x[2] * (y[0] - y[1])
 
 
 def _mix(words: np.ndarray) -> np.ndarray:
