@@ -11,8 +11,9 @@ from pxr import Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.usd.authored import AuthoredReader
 from warp_rt.usd.mesh import read_normals
-from warp_rt.usd.plain_values import PlainValues, Request, read_plain_values
+from warp_rt.usd.plain_values import PlainValues, read_plain_values
 from warp_rt.usd.primvars import Layout, read_primvars
+from warp_rt.usd.sources import Source
 
 # Two triangles that share an edge.
 LAYOUT = Layout(4, 2, 6, np.array([(0, 1, 2), (2, 3, 0)]), np.array([0, 1]), np.arange(6).reshape(2, 3))
@@ -56,8 +57,8 @@ def stage_of(bodies: list[str]) -> Usd.Stage:
 def read(stage: Usd.Stage, has_normals: bool = False) -> list[PlainValues]:
     reader = AuthoredReader()
     prims = stage.GetPseudoRoot().GetChildren()
-    requests = [Request(prim, reader.read(prim, has_clips=False), TIME, has_normals) for prim in prims]
-    return read_plain_values(requests, Report())
+    sources = [Source(prim, reader.read(prim, has_clips=False), None, TIME, None, 0) for prim in prims]
+    return read_plain_values([(source, has_normals) for source in sources], Report())
 
 
 def test_plain_primvars_are_those_read_one_at_a_time() -> None:

@@ -30,13 +30,14 @@ Bindings = tuple[Binding, ...]
 """From the root down to a prim. Prims of which the same is said have the same material."""
 
 
-def extend_bindings(above: Bindings, prim: Usd.Prim, names: Sequence[str]) -> Bindings:
+def extend_bindings(above: Bindings, prim: Usd.Prim, names: Sequence[str], has_heirs: bool = True) -> Bindings:
     """Return what material and skeleton bindings on a prim and above it say.
 
     Args:
         above: What those above it say.
         prim: The prim.
         names: Of its properties that may be such relationships: ``Authored.bindings``.
+        has_heirs: Whether there is anything below it, which is all that the strength of a binding matters to.
     """
     said = above
     for name in names:
@@ -46,7 +47,7 @@ def extend_bindings(above: Bindings, prim: Usd.Prim, names: Sequence[str]) -> Bi
         binding = Binding(
             name,
             tuple(relationship.GetForwardedTargets()),
-            relationship.GetMetadata("bindMaterialAs"),
+            relationship.GetMetadata("bindMaterialAs") if has_heirs else None,
             prim.GetPath() if name.startswith(_COLLECTION) else None,
             prim.HasAPI(UsdShade.MaterialBindingAPI) or not name.startswith("material:"),
         )

@@ -15,6 +15,7 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
+from warp_rt.scene import Primvar
 from warp_rt.triangulate import triangulate
 from warp_rt.usd.polygons import MAX_COORDINATE, Polygons, drawable_polygons, smooth_normals
 from warp_rt.usd.primvars import Layout
@@ -37,14 +38,14 @@ class Cage(NamedTuple):
     """Whether it has normals that change smoothly over its faces."""
 
 
-class CutCage(NamedTuple):
-    """The triangles of a mesh."""
+class CutMesh(NamedTuple):
+    """The triangles of a mesh, whichever way they came about."""
 
     points: np.ndarray
     """float32, shape [n, 3], all of them finite."""
     layout: Layout
-    normals: np.ndarray | None
-    """float32, shape [n, 3], where the cage is smooth."""
+    normals: Primvar | None
+    """Those of a smooth surface."""
     is_closed: bool
     is_one_to_one: bool
     """Whether triangle k is face k."""
@@ -65,7 +66,7 @@ class JoinedCages(NamedTuple):
     corner_first: np.ndarray
 
 
-def cut_cages(cages: Sequence[Cage], joined: JoinedCages) -> list[CutCage]:
+def cut_cages(cages: Sequence[Cage], joined: JoinedCages) -> list[CutMesh]:
     """Return the triangles of cages, at least of one.
 
     Args:
@@ -89,24 +90,22 @@ def cut_cages(cages: Sequence[Cage], joined: JoinedCages) -> list[CutCage]:
     corners, triangles = corners.astype(np.int32, copy=False), triangles.astype(np.int32, copy=False)
     others_before = np.concatenate([[0], np.cumsum(face_ids != numbers)])[ends]
     is_one_to_one = (np.diff(others_before) == 0).tolist()
+    found = []
     places = zip(cages, is_closed.tolist(), is_one_to_one, *map(_slices, (ends, joined.point_first)), strict=True)
-    return [
-        CutCage(
-            joined.points[points],
-            Layout(
-                point_count=len(cage.points),
-                face_count=len(cage.counts),
-                corner_count=len(cage.indices),
-                triangles=triangles[own],
-                face_ids=face_ids[own],
-                corners=corners[own],
-            ),
-            normals[points] if normals is not None and cage.is_smooth else None,
-            closed,
-            one_to_one,
+    for cage, closed, one_to_one, own, rows_of_points in places:
+        layout = Layout(
+            point_count=len(cage.points),
+            face_count=len(cage.counts),
+            corner_count=len(cage.indices),
+            triangles=triangles[own],
+            face_ids=face_ids[own],
+            corners=corners[own],
         )
-        for cage, closed, one_to_one, own, points in places
-    ]
+        smooth = None
+        if normals is not None and cage.is_smooth:
+            smooth = Primvar(normals[rows_of_points], layout.triangles)  # the very same array, which is uploaded once
+        found.append(CutMesh(joined.points[rows_of_points], layout, smooth, closed, one_to_one))
+    return found
 
 
 def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:

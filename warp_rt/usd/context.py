@@ -40,8 +40,6 @@ def has_unusual_children(prim: Usd.Prim) -> bool:
 class Context(NamedTuple):
     """What a prim has from those above it."""
 
-    matrix: np.ndarray
-    """float64, shape [4, 4], group from parent."""
     world_from_group: np.ndarray
     """float64, shape [4, 4]; within a PointInstancer's prototype, the world is that prototype's space."""
     path_length: int
@@ -76,10 +74,6 @@ class Context(NamedTuple):
     """Whether a SkelRoot is above."""
     is_proxy: bool = False
     """Whether the prims are instance proxies."""
-
-    def placed(self, matrix: np.ndarray) -> Context:
-        """Return the same at another place: group from prim, float64, shape [4, 4]."""
-        return Context._make((matrix, *self[1:]))  # which takes a quarter of what _replace takes
 
     def children(self, prim: Usd.Prim) -> Sequence[Usd.Prim]:
         """Return the children of the prim that hands this on that are visited."""
@@ -147,7 +141,7 @@ def hand_down(
         report: Takes the diagnostics.
     """
     if authored.bindings:
-        bindings = extend_bindings(here.bindings, prim, authored.bindings)
+        bindings = extend_bindings(here.bindings, prim, authored.bindings, has_heirs)
         if bindings is not here.bindings:
             here = here._replace(bindings=bindings)
     if authored.primvars and has_heirs:

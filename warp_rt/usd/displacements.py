@@ -44,7 +44,14 @@ class DisplacementReader:
     def __init__(self, materials: MaterialReader, report: Report) -> None:
         self._materials = materials
         self._report = report
-        self._known: dict[tuple[int, ...], tuple[Displacement | None, ...]] = {}
+        self._moving: dict[tuple[int, ...], bool] = {}
+
+    def concern(self, materials: tuple[int, ...]) -> bool:
+        """Return whether any of the materials of a prim's slots moves a surface."""
+        moves = self._moving.get(materials)
+        if moves is None:
+            moves = self._moving[materials] = any(map(self._materials.displacement, materials))
+        return moves
 
     def read(
         self,
@@ -63,10 +70,7 @@ class DisplacementReader:
             materials: Those of its slots.
             constants: Primvars that it has from above.
         """
-        displacements = self._known.get(materials)
-        if displacements is None:
-            displacements = tuple(self._materials.displacement(row) for row in materials)
-            self._known[materials] = displacements
+        displacements = tuple(map(self._materials.displacement, materials))
         if not any(displacements):
             return None
         if not isinstance(geometry, Mesh) or level is None:

@@ -29,7 +29,7 @@ def read_geometry(sources: Sequence[Source], report: Report) -> list[MeshSource 
     Raises:
         LimitError: One would have more faces than can be meant.
     """
-    rows = [row for row, source in enumerate(sources) if source.prim.GetTypeName() == "Mesh"]
+    rows = [row for row, source in enumerate(sources) if source.kind == "Mesh"]
     meshes = read_meshes([sources[row] for row in rows], report)
     found: list[MeshSource | None] = [None] * len(sources)
     for row, mesh in zip(rows, meshes, strict=True):
@@ -43,8 +43,7 @@ def read_geometry(sources: Sequence[Source], report: Report) -> list[MeshSource 
 
 
 def _read_other(source: Source, report: Report) -> MeshSource | None:
-    prim, _, skin, time, carried_to, level, _ = source
-    kind = prim.GetTypeName()
+    prim, _, skin, time, carried_to, level, kind, _ = source
     if kind in curves.TYPES:
         return curves.read_shapes(prim, time, report, skin=skin, level=level, carried_to=carried_to)
     if kind == "TetMesh":

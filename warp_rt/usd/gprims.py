@@ -101,11 +101,14 @@ class GprimReader:
         self._rows: dict[object, int] = {}
         """Row of the source with a certain key."""
 
-    def add(self, prim: Usd.Prim, context: Context, authored: Authored, skin: Skin | None, has_children: bool) -> int:
+    def add(
+        self, prim: Usd.Prim, kind: str, context: Context, authored: Authored, skin: Skin | None, has_children: bool
+    ) -> int:
         """List a prim of one of ``geometry.TYPES``; return its row.
 
         Args:
             prim: The prim.
+            kind: Its type.
             context: What its children have from it.
             authored: What it authors.
             skin: Deforms it.
@@ -120,7 +123,8 @@ class GprimReader:
         level = context.level
         if level is None:
             level = self._levels.get(str(path), self._level) if self._levels else self._level
-        return self._add(prim, path, (key, level), Source(prim, authored, skin, *times, level, has_children), context)
+        source = Source(prim, authored, skin, *times, level, kind, has_children)
+        return self._add(prim, path, (key, level), source, context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
@@ -149,7 +153,7 @@ class GprimReader:
         """Return the listed prims' geometry and materials."""
         sources = self._read_sources()
         mesh, prim, materials = np.full((3, len(self._listed)), -1, np.int32)
-        meshes: dict[tuple[object, ...], int] = {}
+        meshes: dict[object, int] = {}
         drawn: list[Mesh | Shapes] = []
         prims: dict[tuple[Sdf.Path, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
@@ -158,11 +162,11 @@ class GprimReader:
             if source is None:
                 continue
             bound = listed.materials or self._bind(listed, source)
-            move = self._move(listed, source, bound)
-            key = (listed.source, *(move.key if move else ()))
+            move = self._move(listed, source, bound) if self._displacements.concern(bound) else None
+            key = listed.source if move is None else (listed.source, *move.key)
             mesh[row] = meshes.setdefault(key, len(meshes))
             if len(meshes) > len(drawn):
-                drawn.append(self._displacements.apply(source.mesh, move))
+                drawn.append(source.mesh if move is None else self._displacements.apply(source.mesh, move))
             prim[row] = prims.setdefault((listed.path, listed.context.tail_start), len(prims))
             materials[row] = material_sets.setdefault(bound, len(material_sets))
         return Gprims(
@@ -194,7 +198,10 @@ class GprimReader:
 
     def _bind(self, listed: _Listed, source: MeshSource) -> tuple[int, ...]:
         """Return the materials of a mesh's slots."""
-        rows = [self._materials.bind(listed.prim, listed.context.bindings)]
+        row = self._materials.bind(listed.prim, listed.context.bindings)
+        if not source.subsets:
+            return (row,)
+        rows = [row]
         for name in source.subsets:
             subset = listed.prim.GetChild(name)
             said = extend_bindings(

@@ -157,7 +157,8 @@ def load_stage(
         source=source,
         time=None if code.IsDefault() else code.GetValue(),
     )
-    report_hidden(scene.cameras, scene.bounds(), report)
+    if scene.cameras:
+        report_hidden(scene.cameras, scene.bounds(), report)
     return replace(scene, diagnostics=tuple(report))
 
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +17,9 @@ from warp_rt.subdivision.surface import Surface
 from warp_rt.subdivision.topology import Topology
 from warp_rt.usd.arrays import hold_throughout, integers, signed_integers, vector_rows
 from warp_rt.usd.attribute_values import AttributeReader
-from warp_rt.usd.cages import Cage, cut_cages, join_cages
+from warp_rt.usd.cages import Cage, CutMesh, cut_cages, join_cages
 from warp_rt.usd.motion import read_points
-from warp_rt.usd.plain_values import PlainRows, Request, read_plain_values
+from warp_rt.usd.plain_values import PlainRows, read_plain_values
 from warp_rt.usd.polygons import BAD_TOPOLOGY, Polygons
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
 from warp_rt.usd.skinning import Skin, pose
@@ -40,18 +40,6 @@ ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
 _PLAIN_TYPES = {"points": Vt.Vec3fArray, "faceVertexCounts": Vt.IntArray, "faceVertexIndices": Vt.IntArray}
 _JOINED_CORNERS = 1 << 17  # of meshes that are cut together: more saves no time, and takes memory
-
-
-@dataclass(frozen=True)
-class _Shape:
-    """The triangles of a mesh, whichever way they came about."""
-
-    points: np.ndarray
-    layout: Layout | RefinedLayout
-    normals: Primvar | None
-    is_closed: bool
-    is_one_to_one: bool
-    """Whether triangle k is face k."""
 
 
 class _Mesh(NamedTuple):
@@ -81,7 +69,7 @@ def read_meshes(sources: Sequence[Source], report: Report) -> list[MeshSource | 
     found: list[MeshSource | None] = []
     for group in _read_groups(sources, report):
         shapes = iter(_cut([mesh for mesh in group if mesh is not None and not mesh.is_refined], report))
-        drawn: list[tuple[_Mesh, _Shape] | None] = []
+        drawn: list[tuple[_Mesh, CutMesh] | None] = []
         for mesh in group:
             if mesh is None:
                 drawn.append(None)
@@ -117,7 +105,7 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
 
 def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
-    prim, authored, skin, time, carried_to, level, _ = source
+    prim, authored, skin, time, carried_to, level, *_ = source
     points = read_points(prim, time, carried_to) if carried_to else _read_array(prim, "points", time, report)
     counts = _read_array(prim, "faceVertexCounts", time, report)
     indices = _read_array(prim, "faceVertexIndices", time, report)
@@ -137,28 +125,16 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     return _Mesh(source, cage, scheme, is_refined)
 
 
-def _cut(meshes: Sequence[_Mesh], report: Report) -> list[_Shape]:
+def _cut(meshes: Sequence[_Mesh], report: Report) -> list[CutMesh]:
     """Return the triangles of the cages of meshes."""
-    if not meshes:
-        return []
     cages = [mesh.cage for mesh in meshes]
-    return [
-        _Shape(
-            cut.points,
-            cut.layout,
-            None if cut.normals is None else Primvar(cut.normals, cut.layout.triangles),
-            cut.is_closed,
-            cut.is_one_to_one,
-        )
-        for cut in cut_cages(cages, join_cages(cages, report))
-    ]
+    return cut_cages(cages, join_cages(cages, report)) if cages else []
 
 
-def _refine(mesh: _Mesh, report: Report) -> _Shape:
+def _refine(mesh: _Mesh, report: Report) -> CutMesh:
     """Return the triangles of a subdivision surface, or of its cage where that has none."""
     joined = join_cages([mesh.cage], report)
-    cut = cut_cages([mesh.cage], joined)[0]
-    cage = _Shape(cut.points, cut.layout, None, cut.is_closed, cut.is_one_to_one)
+    cage = cut_cages([mesh.cage], joined)[0]
     if not len(cage.layout.triangles):
         return cage
     prim, time = mesh.source.prim, mesh.source.time
@@ -171,16 +147,13 @@ def _refine(mesh: _Mesh, report: Report) -> _Shape:
             message = "interpolateBoundary none leaves no face: all of them are at a boundary"
             report.warn(EMPTY, prim.GetPath(), message)
         return shape
-    return cage if cut.normals is None else replace(cage, normals=Primvar(cut.normals, cage.layout.triangles))
+    return cage
 
 
-def _finish(drawn: Sequence[tuple[_Mesh, _Shape]], report: Report) -> list[MeshSource | None]:
+def _finish(drawn: Sequence[tuple[_Mesh, CutMesh]], report: Report) -> list[MeshSource | None]:
     """Return the meshes of some triangles, with all that is looked up at their corners; None for unreadable ones."""
-    requests = [
-        Request(mesh.source.prim, mesh.source.authored, mesh.source.time, _may_have_normals(mesh)) for mesh, _ in drawn
-    ]
-    plain = read_plain_values(requests, report)
-    found: list[tuple[_Shape, Primvar | None] | None] = []
+    plain = read_plain_values([(mesh.source, _may_have_normals(mesh)) for mesh, _ in drawn], report)
+    found: list[tuple[CutMesh, Primvar | None] | None] = []
     for (mesh, shape), values in zip(drawn, plain, strict=True):
         try:
             found.append(_with_normals(mesh, shape, values.normals, report))
@@ -209,7 +182,9 @@ def _may_have_normals(mesh: _Mesh) -> bool:
     return mesh.scheme == "none" and not mesh.source.authored.names.isdisjoint(_NORMALS)
 
 
-def _with_normals(mesh: _Mesh, shape: _Shape, plain: PlainRows | None, report: Report) -> tuple[_Shape, Primvar | None]:
+def _with_normals(
+    mesh: _Mesh, shape: CutMesh, plain: PlainRows | None, report: Report
+) -> tuple[CutMesh, Primvar | None]:
     """Return the triangles of a mesh, the right side out, and their normals, some of which may have no length."""
     prim, authored, skin, time, *_ = mesh.source
     if "orientation" in authored.names:
@@ -230,7 +205,7 @@ def _with_normals(mesh: _Mesh, shape: _Shape, plain: PlainRows | None, report: R
 
 
 def _built(
-    source: Source, shape: _Shape, normals: Primvar | None, plain: Sequence[PlainRows] | None, report: Report
+    source: Source, shape: CutMesh, normals: Primvar | None, plain: Sequence[PlainRows] | None, report: Report
 ) -> MeshSource:
     """Return the mesh of some triangles, with its primvars and subsets."""
     layout = shape.layout
@@ -280,7 +255,7 @@ def _cage_topology(point_count: int, polygons: Polygons) -> Topology:
     )
 
 
-def _refined_shape(cage: _Shape, surface: Surface, polygons: Polygons, is_shown: np.ndarray) -> _Shape:
+def _refined_shape(cage: CutMesh, surface: Surface, polygons: Polygons, is_shown: np.ndarray) -> CutMesh:
     """Return the triangles of a refined surface, with points and normals of the limit; of a bilinear one, without."""
     corners, faces = refined_triangles(surface, is_shown)
     layout = RefinedLayout(
@@ -295,20 +270,22 @@ def _refined_shape(cage: _Shape, surface: Surface, polygons: Polygons, is_shown:
     )
     is_closed = cage.is_closed and bool(surface.has_surface.all())
     if surface.rules.is_bilinear:
-        return _Shape(surface.linear(cage.points.astype(np.float64)).astype(np.float32), layout, None, is_closed, False)
+        return CutMesh(
+            surface.linear(cage.points.astype(np.float64)).astype(np.float32), layout, None, is_closed, False
+        )
     points, normals, normal_rows = surface.limit(cage.points.astype(np.float64))
     rows = Primvar(normals.astype(np.float32), normal_rows[corners].astype(np.int32))
-    return _Shape(points.astype(np.float32), layout, rows, is_closed, False)
+    return CutMesh(points.astype(np.float32), layout, rows, is_closed, False)
 
 
-def _turned(shape: _Shape) -> _Shape:
+def _turned(shape: CutMesh) -> CutMesh:
     """Return a shape with its other side out."""
     swap = [0, 2, 1]
     layout = replace(shape.layout, triangles=shape.layout.triangles[:, swap], corners=shape.layout.corners[:, swap])
     normals = shape.normals
     if normals is not None and normals.indices is not None:
         normals = Primvar(-normals.values, normals.indices[:, swap])
-    return replace(shape, layout=layout, normals=normals)
+    return shape._replace(layout=layout, normals=normals)
 
 
 def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) -> Primvar | None:

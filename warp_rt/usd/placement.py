@@ -183,8 +183,11 @@ class GroupBuilder:
         gprim = np.array([row for row, _, _ in self._singles], np.int32)
         drawn = np.flatnonzero(gprims.mesh[gprim] >= 0)
         gprim = gprim[drawn]
+        matrices = np.empty((len(drawn), 4, 4))
+        if len(drawn):
+            np.concatenate([self._singles[row][1] for row in drawn.tolist()], out=matrices.reshape(-1, 4))
         holders: dict[str, list[int]] = {}
-        for place, row in enumerate(drawn):
+        for place, row in enumerate(drawn.tolist()):
             for key in self._singles[row][2]:
                 holders.setdefault(key, []).append(place)
         values = {}
@@ -197,7 +200,7 @@ class GroupBuilder:
                 values[key][places] = given
         return Group(
             gprim=gprim,
-            matrix=np.array([self._singles[row][1] for row in drawn], np.float64).reshape(-1, 4, 4),
+            matrix=matrices,
             name=np.full(len(drawn), -1, np.int32),
             names=(),
             values=values,

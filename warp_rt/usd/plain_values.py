@@ -20,6 +20,7 @@ from warp_rt.usd.arrays import hold_throughout
 from warp_rt.usd.authored import Authored
 from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.primvars import WIDTHS, Elements, is_declared_drawable
+from warp_rt.usd.sources import Source
 
 _PRIMVARS = "primvars:"
 _INDICES = ":indices"
@@ -57,24 +58,14 @@ class PlainValues(NamedTuple):
 _WITHOUT_PRIMVARS = PlainValues(primvars=())
 
 
-class Request(NamedTuple):
-    """What is asked of a prim."""
-
-    prim: Usd.Prim
-    authored: Authored
-    time: Usd.TimeCode
-    has_normals: bool
-    """Whether normals are among it."""
-
-
-def read_plain_values(requests: Sequence[Request], report: Report) -> list[PlainValues]:
+def read_plain_values(sources: Sequence[tuple[Source, bool]], report: Report) -> list[PlainValues]:
     """Return what prims hold of plain values.
 
     Args:
-        requests: The prims.
+        sources: The prims, each with whether its normals count.
         report: Takes the diagnostics that colour spaces give.
     """
-    found = [_read(request, report) for request in requests]
+    found = [_read(source, has_normals, report) for source, has_normals in sources]
     bad = _damaged([rows for values in found for rows in (values.normals, *(values.primvars or ())) if rows])
     if not bad:
         return found
@@ -98,8 +89,8 @@ def _damaged(found: Sequence[PlainRows]) -> set[int]:
     return bad | {id(rows) for rows, is_good in zip(indexed, are_in_range, strict=True) if not is_good}
 
 
-def _read(request: Request, report: Report) -> PlainValues:
-    prim, authored, time, has_normals = request
+def _read(source: Source, has_normals: bool, report: Report) -> PlainValues:
+    prim, authored, _, time, *_ = source
     if not (has_normals or authored.primvars):
         return _WITHOUT_PRIMVARS
     try:

@@ -43,7 +43,7 @@ class Elements(Protocol):
         """Return the primvar of values, shape [k, c]; ``indices`` say which of them each element takes."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # every mesh has one: frozen, it would take three times as long to make
 class Layout:
     """How the elements of a mesh's arrays are numbered, and which of them each triangle corner takes."""
 

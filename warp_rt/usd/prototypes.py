@@ -52,7 +52,7 @@ class Prototypes:
         self._open: list[Sdf.Path] = []
 
     def add_native_instance(
-        self, prim: Usd.Prim, context: Context, builder: GroupBuilder, walk_group: WalkGroup
+        self, prim: Usd.Prim, context: Context, matrix: np.ndarray, builder: GroupBuilder, walk_group: WalkGroup
     ) -> None:
         """Copy the group of an instance's prototype.
 
@@ -63,6 +63,7 @@ class Prototypes:
         Args:
             prim: The instance.
             context: What its children have from it.
+            matrix: Group from prim, float64, shape [4, 4].
             builder: Takes the copy.
             walk_group: Walks the prototype.
         """
@@ -78,8 +79,7 @@ class Prototypes:
         group = self._groups.get(key)
         if group is None:
             inside = context._replace(
-                matrix=np.eye(4),
-                world_from_group=context.world_from_group @ context.matrix,
+                world_from_group=context.world_from_group @ matrix,
                 path_length=len(str(prim.GetPath())),
                 tail_start=len(str(prim.GetPath())),
                 primvars=(),
@@ -90,16 +90,17 @@ class Prototypes:
                 builder.is_absolute = True
             else:
                 self._groups[key] = group
-        builder.add_copy(group, context.matrix, context.name(prim), context.constants)
+        builder.add_copy(group, matrix, context.name(prim), context.constants)
 
     def add_point_instances(
-        self, prim: Usd.Prim, context: Context, builder: GroupBuilder, walk_group: WalkGroup
+        self, prim: Usd.Prim, context: Context, matrix: np.ndarray, builder: GroupBuilder, walk_group: WalkGroup
     ) -> None:
         """Copy the groups of a PointInstancer's prototypes.
 
         Args:
             prim: The instancer.
             context: What its children have from it.
+            matrix: Group from prim, float64, shape [4, 4].
             builder: Takes the copies.
             walk_group: Walks the prototypes.
         """
@@ -118,7 +119,7 @@ class Prototypes:
             is_only = len(chosen) == len(instances.matrices)
             builder.add_copies(
                 group,
-                context.matrix @ (instances.matrices if is_only else instances.matrices[chosen]),
+                matrix @ (instances.matrices if is_only else instances.matrices[chosen]),
                 NumberedPaths(name, instances.index[chosen]),
                 {key: np.tile(value, (len(chosen), 1)) for key, value in inherited.items()},
                 {key: values[chosen] for key, values in instances.values.items()},
@@ -183,7 +184,6 @@ class Prototypes:
                 inherited = UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars()
                 primvars = [primvar for primvar in inherited if primvar.GetPrimvarName() not in own]
             inside = Context(
-                matrix=np.eye(4),
                 world_from_group=np.eye(4),
                 path_length=len(str(path)),
                 tail_start=tail_start,

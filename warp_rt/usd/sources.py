@@ -30,6 +30,8 @@ class Source(NamedTuple):
     """When its velocities have carried its points from their sample; None: they do not."""
     level: int
     """Refinements of its surface, if it is a smooth one."""
+    kind: str = "Mesh"
+    """Its type."""
     may_have_subsets: bool = True
     """Whether there are prims below it."""
 

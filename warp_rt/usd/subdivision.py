@@ -26,7 +26,7 @@ MAX_FACES = 1 << 26
 _TRIANGLE_RULES = ("catmullClark", "smooth")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class RefinedLayout(Layout):
     """A layout whose triangles are a refined surface's; elements are still counted and numbered as in the source."""
 

@@ -29,7 +29,7 @@ from warp_rt.usd.volumes import encloses_volume
 _SIDES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class TetLayout(Layout):
     """A layout whose uniform values may also be those of the tetrahedra that the faces belong to.
 

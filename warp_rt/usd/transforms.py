@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
@@ -17,23 +16,13 @@ from warp_rt.usd.authored import Authored
 BAD_TRANSFORM = "W105"
 IDLE_OPERATION = "N921"
 
-_IDENTITY = Gf.Matrix4d(1)
+_UNMOVED = np.eye(4)
 _TRANSLATION = "xformOp:translate"
 _ONLY_TRANSLATION = Vt.TokenArray([_TRANSLATION])
 _PLAINLY = 1e-6  # of a box's volume: far above the limit of is_regular, whichever axes it measures
 _BLOCK = 1 << 14  # matrices at a time: what is computed on the way takes little memory
 _RESET = "!resetXformStack!"
 _INVERT = "!invert!"
-
-
-class LocalTransform(NamedTuple):
-    """Where a prim stands in its parent."""
-
-    matrix: np.ndarray
-    """float64, shape [4, 4], parent from local."""
-    resets: bool
-    """Whether it stands in the world instead, whatever is above it."""
-    is_identity: bool
 
 
 class TransformReader:
@@ -51,20 +40,23 @@ class TransformReader:
         self._complete: dict[Authored, Vt.TokenArray] = {}
         """The latest order that names just the operations which prims author that author the same."""
 
-    def read(self, prim: Usd.Prim, authored: Authored) -> LocalTransform | None:
+    def read(self, prim: Usd.Prim, authored: Authored) -> tuple[np.ndarray, bool] | None:
         """Return the transform of a prim; None, with a diagnostic, where nothing below it could be drawn.
 
         Args:
             prim: An Xformable.
             authored: What it authors.
+
+        Returns:
+            Parent from local, float64, shape [4, 4]; whether it stands in the world instead, whatever is above it.
         """
         order = prim.GetAttribute("xformOpOrder").Get()
         if order == _ONLY_TRANSLATION and authored.operations == (_TRANSLATION,):
             offset = prim.GetAttribute(_TRANSLATION).Get(self._time)
             if isinstance(offset, Gf.Vec3d) and math.isfinite(offset * offset):
-                matrix = np.eye(4)
+                matrix = _UNMOVED.copy()
                 matrix[:3, 3] = offset
-                return LocalTransform(matrix, resets=False, is_identity=False)
+                return matrix, False
         elif order is None or order != self._complete.get(authored):
             self._check_operations(prim, order, authored)
         local, resets = self._cache.GetLocalTransformation(prim)
@@ -73,7 +65,7 @@ class TransformReader:
             message = "left out with all below it: its transform is singular or not finite"
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), message)
             return None
-        return LocalTransform(matrix, resets, is_identity=local == _IDENTITY)
+        return matrix, resets
 
     def world_from_local(self, prim: Usd.Prim) -> np.ndarray:
         """Return where a prim stands in the world: float64, shape [4, 4], acting on column vectors."""

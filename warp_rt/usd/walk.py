@@ -31,7 +31,7 @@ from warp_rt.usd.context import (
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
-from warp_rt.usd.primvars import read_constants
+from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
 from warp_rt.usd.schemas import PrimType, TypeReader, read_labels, report_ignored
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
@@ -50,6 +50,7 @@ MAX_NESTING = 64  # of instances within instances
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _SKINNED = (*geometry.TYPES, *implicit.TYPES)
+_IDENTITY = np.eye(4)
 _RENDER_TYPES = ("RenderSettings", "RenderPass")
 
 
@@ -108,7 +109,7 @@ class StageWalk:
 
     def walk(self) -> GroupBuilder:
         """Return all that the stage draws, in world space."""
-        context = Context(np.eye(4), np.eye(4), path_length=0, tail_start=0, predicate=SHOWN)
+        context = Context(np.eye(4), path_length=0, tail_start=0, predicate=SHOWN)
         return self._walk_group(self._stage.GetPseudoRoot().GetFilteredChildren(SHOWN), context)
 
     def _walk_group(self, roots: Sequence[Usd.Prim], context: Context) -> GroupBuilder:
@@ -118,42 +119,43 @@ class StageWalk:
             raise LimitError(f"{roots[0].GetPath()}: instances nested more than {self._limits.nesting} deep")
         if roots:
             context = context._replace(is_proxy=roots[0].IsInstanceProxy())
-        pending = [(prim, context, True) for prim in reversed(roots)]
+        pending = [(prim, context, _IDENTITY, True) for prim in reversed(roots)]
         while pending:
-            prim, above, may_be_unusual = pending.pop()
+            prim, above, place, may_be_unusual = pending.pop()
             self._visited += 1
             if self._visited > self._limits.prims:
                 raise LimitError(f"{prim.GetPath()}: the stage holds more than {self._limits.prims} prims")
             try:
-                visited = self._visit(prim, above, may_be_unusual, builder)
+                visited = self._visit(prim, above, place, may_be_unusual, builder)
             except Tf.ErrorException as error:
                 report_unreadable(prim, error, self._report, "left out with all below it")
                 continue
             if visited is None:
                 continue
-            passed_on, children = visited
+            passed_on, matrix, children = visited
             if not children:
                 continue
             if prim.GetPath().pathElementCount > self._limits.depth:
                 raise LimitError(f"{prim.GetPath()}: prims nested more than {self._limits.depth} deep")
             may_be_unusual = has_unusual_children(prim)
-            pending.extend([(child, passed_on, may_be_unusual) for child in reversed(children)])
+            pending.extend([(child, passed_on, matrix, may_be_unusual) for child in reversed(children)])
         self._nesting -= 1
         return builder
 
     def _visit(
-        self, prim: Usd.Prim, above: Context, may_be_unusual: bool, builder: GroupBuilder
-    ) -> tuple[Context, Sequence[Usd.Prim]] | None:
+        self, prim: Usd.Prim, above: Context, place: np.ndarray, may_be_unusual: bool, builder: GroupBuilder
+    ) -> tuple[Context, np.ndarray, Sequence[Usd.Prim]] | None:
         """Add what a prim draws to the group.
 
         Args:
             prim: The prim.
             above: What it has from those above it.
+            place: Group from parent, float64, shape [4, 4].
             may_be_unusual: Whether it may be an instance, a model or not loaded.
             builder: The group.
 
         Returns:
-            What its children have from it, and those that are visited; None: nothing below it is.
+            What its children have from it, group from prim, and the children that are visited; None: none are.
         """
         if may_be_unusual and not prim.IsLoaded():
             self._report.warn(UNLOADED, prim.GetPath(), "its payload is not loaded: left out with all below it")
@@ -168,9 +170,19 @@ class StageWalk:
             if self._nesting == 1:
                 self._add_unseen_cameras(prim, above, builder)
             return None
-        here = self._place(prim, prim_type, above, authored, builder)
-        if here is None:
-            return None
+        matrix, here = place, above
+        if prim_type.is_xformable and (authored.operations or "xformOpOrder" in authored.names):
+            local = self._transforms.read(prim, authored)
+            if local is None:
+                return None
+            matrix, resets = local
+            if resets:
+                builder.is_absolute = True
+                matrix = np.linalg.inv(above.world_from_group) @ matrix
+            else:
+                matrix = place @ matrix
+        if prim_type.is_imageable and "purpose" in authored.names:
+            here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
         if has_clips != above.has_clips:
             here = here._replace(has_clips=has_clips)
         if kind == "SkelRoot" and not above.is_skinned:
@@ -188,14 +200,14 @@ class StageWalk:
             )
             if is_replaced(prim, here.draw_mode):
                 if self._is_shown(here):
-                    self._add_stand_in(prim, here, builder)
+                    self._add_stand_in(prim, here, matrix, builder)
                 return None
         is_drawn = prim_type.is_boundable and self._is_shown(here)
         skin = self._read_skin(prim) if is_drawn and here.is_skinned and kind in _SKINNED else None
         if prim_type.is_light:
-            builder.add_light(PlacedPrim(prim, _posed(here.matrix, skin), here.name(prim)))
+            builder.add_light(PlacedPrim(prim, _posed(matrix, skin), here.name(prim)))
         elif kind == "Camera":
-            builder.add_camera(PlacedPrim(prim, here.matrix, here.name(prim)))
+            builder.add_camera(PlacedPrim(prim, matrix, here.name(prim)))
         elif kind in _RENDER_TYPES:
             self.render_prims.append(str(prim.GetPath()))
         elif kind == "GeomSubset":
@@ -210,14 +222,24 @@ class StageWalk:
         passed_on = hand_down(prim, here, authored, has_heirs, self._time, self._report)
         if kind == "PointInstancer":
             if self._is_shown(here):
-                self._prototypes.add_point_instances(prim, passed_on, builder, self._walk_group)
+                self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
         if is_drawn:
-            self._draw(prim, prim_type, authored, skin, here, passed_on, bool(children), builder)
+            self._draw(
+                prim,
+                prim_type,
+                authored,
+                _posed(matrix, skin),
+                skin,
+                here.constants,
+                passed_on,
+                bool(children),
+                builder,
+            )
         if is_instance:
-            self._prototypes.add_native_instance(prim, passed_on, builder, self._walk_group)
+            self._prototypes.add_native_instance(prim, passed_on, matrix, builder, self._walk_group)
             return None
-        return passed_on, children
+        return passed_on, matrix, children
 
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
         """Add the cameras of an invisible prim, which one may look through all the same."""
@@ -225,31 +247,14 @@ class StageWalk:
             if camera.GetTypeName() == "Camera":
                 builder.add_camera(PlacedPrim(camera, self._transforms.world_from_local(camera), above.name(camera)))
 
-    def _place(
-        self, prim: Usd.Prim, prim_type: PrimType, above: Context, authored: Authored, builder: GroupBuilder
-    ) -> Context | None:
-        """Return the context with a prim's own transform and purpose; None where nothing can be drawn."""
-        here = above
-        if prim_type.is_imageable and "purpose" in authored.names:
-            here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
-        if prim_type.is_xformable and (authored.operations or "xformOpOrder" in authored.names):
-            local = self._transforms.read(prim, authored)
-            if local is None:
-                return None
-            if local.resets:
-                builder.is_absolute = True
-                here = here.placed(np.linalg.inv(above.world_from_group) @ local.matrix)
-            elif not local.is_identity:
-                here = here.placed(above.matrix @ local.matrix)
-        return here
-
     def _draw(
         self,
         prim: Usd.Prim,
         prim_type: PrimType,
         authored: Authored,
+        matrix: np.ndarray,
         skin: Skin | None,
-        here: Context,
+        inherited: Values,
         passed_on: Context,
         has_children: bool,
         builder: GroupBuilder,
@@ -257,28 +262,25 @@ class StageWalk:
         """Add a prim's geometry to the group, if it has any."""
         kind = prim_type.name
         if kind in geometry.TYPES:
-            row = self._gprims.add(prim, passed_on, authored, skin, has_children)
-            builder.add_gprim(row, _posed(here.matrix, skin), here.constants)
+            builder.add_gprim(self._gprims.add(prim, kind, passed_on, authored, skin, has_children), matrix, inherited)
         elif kind in implicit.TYPES:
             shape = implicit.read_shape(prim, self._time, self._report)
             if shape is not None:
                 row = self._gprims.add_shape(prim, passed_on, shape)
-                values = here.constants
+                values = inherited
                 if authored.primvars:
                     values = {**values, **read_constants(prim, self._time, self._report)}
-                builder.add_gprim(row, _posed(here.matrix, skin) @ shape.local_from_unit, values)
+                builder.add_gprim(row, matrix @ shape.local_from_unit, values)
         elif kind not in _NOT_GEOMETRY and not prim_type.is_light:
             self._report.warn(UNSUPPORTED, prim.GetPath(), f"{kind} is not supported yet: left out")
 
-    def _add_stand_in(self, prim: Usd.Prim, here: Context, builder: GroupBuilder) -> None:
+    def _add_stand_in(self, prim: Usd.Prim, here: Context, matrix: np.ndarray, builder: GroupBuilder) -> None:
         stand_in = self._stand_ins.read(prim, here.draw_mode, here.card_visibility) if self._stand_ins else None
         if stand_in is not None:
-            builder.add_gprim(
-                self._gprims.add_stand_in(prim, here, stand_in), here.matrix, {"displayColor": stand_in.color}
-            )
+            builder.add_gprim(self._gprims.add_stand_in(prim, here, stand_in), matrix, {"displayColor": stand_in.color})
 
     def _is_shown(self, here: Context) -> bool:
-        purpose = here.purpose or UsdGeom.Tokens.default_
+        purpose = here.purpose or "default"
         return purpose in self._purposes and purpose not in here.hidden_purposes
 
     def _read_skin(self, prim: Usd.Prim) -> Skin | None:
