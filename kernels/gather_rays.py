@@ -5,9 +5,9 @@
 import warp as wp
 
 from .constants import DIRECTION_ROW, GROUP
-from .intersect_packet import make_packet_ray
+from .intersect_packet import COLUMNS, VECTOR_TYPES, make_packet_ray
 from .native import spell_out
-from .ray_group import PREPARE_RAYS, set_group_ray
+from .ray_group import PREPARE_RAYS, RUN_OF_RAYS, set_group_ray
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -16,8 +16,29 @@ _LOAD = (
     r"""
     float* lines = (float*)group.data + first;
     float* ends_ = (float*)ends.data;
-    for (int index = 0; index < GROUP; ++index) {
-        const int ray = ((const int*)order.data)[start + (index < count ? index : 0)];
+    const int* rays = (const int*)order.data + start;
+    bool is_run = false;
+#if defined(__clang__) && !defined(__CUDA_ARCH__)
+"""
+    + VECTOR_TYPES
+    + COLUMNS
+    + RUN_OF_RAYS
+    + r"""
+    for (int block = 0; is_run && block < GROUP; block += 16) {
+        const size_t ray = (size_t)rays[0] + block;
+        float *o = lines + block, *d = o + DIRECTION_ROW * GROUP;
+        WARP_RT_COLUMNS((const float*)origins.data + 3 * ray, o_x, o_y, o_z);
+        WARP_RT_COLUMNS((const float*)directions.data + 3 * ray, d_x, d_y, d_z);
+        *(floats_load*)o = o_x, *(floats_load*)(o + GROUP) = o_y, *(floats_load*)(o + 2 * GROUP) = o_z;
+        *(floats_load*)d = d_x, *(floats_load*)(d + GROUP) = d_y, *(floats_load*)(d + 2 * GROUP) = d_z;
+        const float* t = (const float*)t_max.data;
+        const floats end = t_max.shape[0] == 1 ? (floats)t[0] : WARP_RT_LOAD(t + ray);
+        *(floats_load*)(ends_ + block) = end >= 0.0f ? end : (floats)-1.0f;
+    }
+}
+#endif
+    for (int index = 0; index < GROUP && !is_run; ++index) {
+        const int ray = rays[index < count ? index : 0];
         const float* origin = (const float*)origins.data + 3 * (size_t)ray;
         const float* direction = (const float*)directions.data + 3 * (size_t)ray;
         for (int axis = 0; axis < 3; ++axis) {

@@ -92,6 +92,19 @@ typedef bool bools __attribute__((ext_vector_type(16)));
 #define WARP_RT_MASK(m) __builtin_bit_cast(unsigned short, __builtin_convertvector((m), bools))
 """
 
+COLUMNS = r"""
+#define WARP_RT_COLUMNS(p, x, y, z) \
+    floats x, y, z; { \
+    const floats a = WARP_RT_LOAD(p), b = WARP_RT_LOAD((p) + 16), c = WARP_RT_LOAD((p) + 32); \
+    x = __builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, -1, -1, -1, -1, -1); \
+    x = __builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29); \
+    y = __builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, -1, -1, -1, -1, -1); \
+    y = __builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30); \
+    z = __builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 17, 20, 23, 26, 29, -1, -1, -1, -1, -1, -1); \
+    z = __builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31); }
+"""
+"""After VECTOR_TYPES: x, y and z of sixteen vectors that follow each other in memory."""
+
 LEAF_ROWS = spell_out(
     r"""
     const float* rows = (const float*)leaves.data + (size_t)leaf * LEAF_FLOATS;

@@ -69,6 +69,22 @@ def group_ray(group: wp.array[float], first: int, index: int) -> PacketRay:
     return ray
 
 
+RUN_OF_RAYS = spell_out(
+    r"""
+    if (count == GROUP) {
+        const ints steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+        ints is_next = (ints)-1;
+        for (int block = 0; block < GROUP; block += 16)
+            is_next &= WARP_RT_LOAD_INTS(rays + block) == rays[0] + block + steps;
+        is_run = WARP_RT_MASK(is_next) == 0xffff;
+    }
+""",
+    GROUP=GROUP,
+)
+"""For native functions that have a list of ``count`` ``rays``, after VECTOR_TYPES: sets ``is_run`` where they are GROUP
+rays that follow each other in memory."""
+
+
 _PREPARE = (
     r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)

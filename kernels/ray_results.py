@@ -13,8 +13,10 @@ from .bvh_flight import Flights
 from .bvh_group import RayGroup
 from .bvh_structs import AccelData, InstanceRecord, Stack
 from .bvh_traverse import any_hit, closest_hit
-from .constants import TRIANGLES
+from .constants import GROUP, TRIANGLES
+from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
+from .ray_group import RUN_OF_RAYS
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -161,16 +163,35 @@ def prefetch_results(results: wp.ref[AnyHits], order: wp.array[int], start: int,
     pass
 
 
-_WRITE_HITS = r"""
+_WRITE_HITS = (
+    r"""
     const int* rays = (const int*)order.data + start;
     const int *word = (const int*)words.data, *record = (const int*)records.data;
     const float *t = (const float*)ends.data, *u_ = (const float*)u.data, *v_ = (const float*)v.data;
+    bool is_run = false;
+#if defined(__clang__) && !defined(__CUDA_ARCH__)
+"""
+    + VECTOR_TYPES
+    + RUN_OF_RAYS
+    + r"""
+    is_run &= is_traced;
+    for (int block = 0; is_run && block < GROUP; block += 16) {
+        const size_t ray = (size_t)rays[0] + block;
+        const ints is_hit = WARP_RT_LOAD_INTS(word + block) >= 0;
+        *(floats_load*)((float*)t_out.data + ray) = is_hit ? WARP_RT_LOAD(t + block) : (floats)INFINITY;
+        *(floats_load*)((float*)u_out.data + ray) = is_hit ? WARP_RT_LOAD(u_ + block) : (floats)0.0f;
+        *(floats_load*)((float*)v_out.data + ray) = is_hit ? WARP_RT_LOAD(v_ + block) : (floats)0.0f;
+    }
+}
+#endif
     for (int index = 0; index < count; ++index) {
         const int ray = rays[index];
         const bool is_hit = is_traced && word[index] >= 0;
-        ((float*)t_out.data)[ray] = is_hit ? t[index] : INFINITY;
-        ((float*)u_out.data)[ray] = is_hit ? u_[index] : 0.0f;
-        ((float*)v_out.data)[ray] = is_hit ? v_[index] : 0.0f;
+        if (!is_run) {
+            ((float*)t_out.data)[ray] = is_hit ? t[index] : INFINITY;
+            ((float*)u_out.data)[ray] = is_hit ? u_[index] : 0.0f;
+            ((float*)v_out.data)[ray] = is_hit ? v_[index] : 0.0f;
+        }
         int triangle = -1, instance = -1;
         if (is_hit) {
             const auto& met = instances.data[record[index]];
@@ -181,9 +202,10 @@ _WRITE_HITS = r"""
         ((int*)instance_out.data)[ray] = instance;
     }
 """
+)
 
 
-@wp.func_native(spell_out(_WRITE_HITS, TRIANGLES=TRIANGLES))
+@wp.func_native(spell_out(_WRITE_HITS, TRIANGLES=TRIANGLES, GROUP=GROUP))
 def write_hits(
     leaves: wp.array[float],
     shapes: wp.array[float],

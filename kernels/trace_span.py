@@ -10,7 +10,7 @@ from .bvh_structs import AccelData
 from .bvh_traverse import is_ray_finite
 from .constants import GROUP, GROUP_SPAN, LAUNCH_SPANS, SCATTER_STRIDE, SCATTERED
 from .gather_rays import load_group
-from .intersect_packet import octant_of
+from .intersect_packet import COLUMNS, VECTOR_TYPES, octant_of
 from .native import spell_out
 from .per_type import per_type
 from .ray_results import Results, is_satisfied_by_any, prefetch_results, trace_single, write_flight, write_group
@@ -48,10 +48,35 @@ def take_span(next: wp.array[int]) -> int:
     ...
 
 
-_SORT = r"""
+_SORT = (
+    r"""
     int* lists = (int*)order.data;
     int counts[9] = {};
-    for (int position = first; position < first + count; ++position) {
+    int position = first;
+#if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__)
+"""
+    + VECTOR_TYPES
+    + COLUMNS
+    + r"""
+    const ints steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    for (; sorted.shape[0] == 0 && position + 16 <= first + count; position += 16) {
+        WARP_RT_COLUMNS((const float*)origins.data + 3 * (size_t)position, o_x, o_y, o_z);
+        WARP_RT_COLUMNS((const float*)directions.data + 3 * (size_t)position, d_x, d_y, d_z);
+        const floats total = o_x + o_y + o_z + d_x + d_y + d_z;
+        const ints octants = ((d_x < 0.0f) & 1) | ((d_y < 0.0f) & 2) | ((d_z < 0.0f) & 4);
+        const ints own = (total - total == 0.0f) ? octants : (ints)8;
+        for (unsigned int rest = 0xffffu; rest != 0;) {
+            const int list = own[__builtin_ctz(rest)];
+            const unsigned short mask = WARP_RT_MASK(own == list);
+            int* end = lists + list * GROUP_SPAN + counts[list];
+            __builtin_ia32_compressstoresi512_mask((ints*)end, position + steps, mask);
+            counts[list] += __builtin_popcount(mask);
+            rest &= ~mask;
+        }
+    }
+}
+#endif
+    for (; position < first + count; ++position) {
         const int ray = sorted.shape[0] == 0 ? position : ((const int*)sorted.data)[position];
 #if !defined(__CUDA_ARCH__)
         if (position + 16 < sorted.shape[0]) {
@@ -71,6 +96,7 @@ _SORT = r"""
     for (int list = 0; list < 9; ++list)
         ((int*)sizes.data)[list] = counts[list];
 """
+)
 
 
 @wp.func_native(spell_out(_SORT, GROUP_SPAN=GROUP_SPAN))

@@ -176,7 +176,8 @@ def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list[wp.array],
 def random_groups(rng: np.random.Generator, device: str) -> tuple[wp.array, wp.array, np.ndarray, list[np.ndarray]]:
     """Return loaded groups and ends, their sizes, and all that was loaded, native and plain.
 
-    Narrow and wide ones, each of one octant; some rays along axes, some on planes of integer coordinates.
+    Rays that follow each other in memory, and others. Narrow and wide groups, each of one octant; some rays along axes,
+    some on planes of integer coordinates.
     """
     width = rng.choice([0, 0.01, 1.0], (COUNT, 1, 1))
     origins = rng.uniform(-2, 2, (COUNT, 1, 3)) + width * rng.normal(size=(COUNT, GROUP, 3))
@@ -186,7 +187,7 @@ def random_groups(rng: np.random.Generator, device: str) -> tuple[wp.array, wp.a
     directions = np.where(rng.uniform(size=origins.shape) < 0.2, 1e-38, directions)
     directions *= np.where(origins[:, :1] > 0, -1.0, 1.0)
     ends = rng.choice([np.inf, 2.0, 0.3, -1.0, np.nan], COUNT * GROUP, p=[0.5, 0.3, 0.1, 0.05, 0.05])
-    order = np.concatenate([rng.permutation(GROUP) + i * GROUP for i in range(COUNT)])
+    order = np.concatenate([(rng.permutation(GROUP) if i % 2 else np.arange(GROUP)) + i * GROUP for i in range(COUNT)])
     counts = rng.choice([1, 5, GROUP - 1, GROUP], COUNT)
     inputs = [wp.array(v.reshape(-1, 3), dtype=wp.vec3, device=device) for v in (origins, directions)]
     inputs += [wp.array(ends, dtype=float, device=device)]
