@@ -49,8 +49,9 @@ def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
     frame.camera = camera
     frame.depth = options.depth
     frame.threshold = min(options.threshold or 0.0, _LARGEST)
-    frame.ambient = options.ambient
-    frame.background = options.background or _BLACK
+    to_rendered = np.eye(3) if scene.rendering_from_rec709 is None else scene.rendering_from_rec709
+    frame.ambient = (to_rendered @ np.array(options.ambient or _BLACK)).tolist()
+    frame.background = (to_rendered @ np.array(options.background or _BLACK)).tolist()
     frame.background_alpha = 0.0 if options.background is None else 1.0
     frame.shadow_mode = shadow_mode(options.shadows, scene)
     frame.sample_count = options.spp

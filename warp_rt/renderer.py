@@ -232,10 +232,14 @@ class Renderer:
         """Return what a film that this renderer has started shows, once all its samples are there."""
         width, height = film.buffers.area[2:]
         is_window = film.options.crop is None and film.buffers.area != (0, 0, *film.size)
+        aovs = film.buffers.develop(spp=film.options.spp, camera=film.camera, origin=self._device_scene.origin)
+        if self.scene.rendering_from_rec709 is not None:
+            back = np.linalg.inv(self.scene.rendering_from_rec709)
+            aovs["color"] = (aovs["color"] @ back.T).astype(np.float32)
         developed = Film(
             width=width,
             height=height,
-            aovs=film.buffers.develop(spp=film.options.spp, camera=film.camera, origin=self._device_scene.origin),
+            aovs=aovs,
             rays=RayCounts.from_row(film.counts),
             prims=self.scene.prims,
             instance_paths=self.scene.instance_paths,

@@ -278,7 +278,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W511": (("metersPerUnit = 0", ""), {"scene.usda"}),
     "W512": (("startTimeCode = inf", ""), {"scene.usda"}),
     "W521": (('renderSettingsPrimPath = "/Gone"', ""), {"/Gone"}),
-    "W522": (settings('uniform token renderingColorSpace = "lin_ap1_scene"'), {"/S"}),
+    "W522": (settings('uniform token renderingColorSpace = "srgb_rec709_scene"'), {"/S"}),
     "W523": (settings("int warp_rt:depth = 0"), {"/S"}),
     "W524": (
         settings("rel products = </P>", 'def RenderProduct "P" { uniform token productType = "deepRaster" }'),

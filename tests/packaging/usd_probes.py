@@ -712,6 +712,7 @@ PROBES: dict[str, Probe] = {
     "RenderSettingsBase.dataWindowNDC": one((0.25, 0.25, 0.75, 0.75)),
     "RenderSettings.includedPurposes": one(["default", "guide"], edits=(("/other", "purpose", "guide"),)),
     "RenderSettings.materialBindingPurposes": one(["preview", ""], fixture=_BOUND_TWICE),
+    "RenderSettings.renderingColorSpace": one("lin_ap1_scene"),
     "RenderVar.dataType": one("color3h"),
     "RenderSettings.products": one("/settings/product2"),
     "RenderProduct.*prim*": Probe(

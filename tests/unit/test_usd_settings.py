@@ -116,7 +116,7 @@ def test_values_without_meaning_are_named_and_left_out(body):
 @pytest.mark.parametrize(
     "body",
     [
-        'uniform token renderingColorSpace = "acescg"',
+        'uniform token renderingColorSpace = "srgb_texture"',
         'uniform token[] materialBindingPurposes = ["preview", "full", ""]',
         'uniform token[] materialBindingPurposes = ["mine", ""]',
         "int warp_rt:dept = 3",

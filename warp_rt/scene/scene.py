@@ -41,6 +41,9 @@ class Scene:
     settings: Settings = field(default_factory=Settings)
     """With what the first of ``products`` overrides."""
     products: tuple[Product, ...] = ()
+    rendering_from_rec709: np.ndarray | None = None
+    """Matrix from linear Rec. 709 to the primaries that colours of materials and lights are in, and that are rendered
+    in: float64, shape [3, 3], white stays white. Settings and films are in Rec. 709 all the same. None: so is all."""
     up_axis: str = "Y"
     meters_per_unit: float = 0.01
     source: str = ""

@@ -30,6 +30,7 @@ from warp_rt.usd.motion import without_idle_shutters
 from warp_rt.usd.placement import Group, PlacedPrim
 from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.render_pass import PassCollections, without_unused
+from warp_rt.usd.rendering_space import RenderingSpace
 from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
     captured_warnings,
@@ -157,6 +158,9 @@ def load_stage(
         source=source,
         time=None if code.IsDefault() else code.GetValue(),
     )
+    if terms.rendering_from_rec709 is not None:
+        scene = RenderingSpace(terms.rendering_from_rec709, materials.mixed).scene(scene)
+        scene = replace(scene, images=tuple(materials.images))
     if scene.cameras:
         report_hidden(scene.cameras, scene.bounds(), report)
     return replace(scene, diagnostics=tuple(report))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.displacement import Displacement
@@ -100,6 +101,10 @@ class MaterialReader:
     def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
         """Return the row to read of the image that an attribute names, and whether to decode it by the sRGB curve."""
         return self._images.decoded(row, attribute, prim)
+
+    def mixed(self, row: int, is_srgb: bool, matrix: np.ndarray) -> int:
+        """Return the row of an image whose channels are sums over those of an image: see ``ImageCache.mixed``."""
+        return self._images.mixed(row, is_srgb, matrix)
 
     def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
         """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be."""

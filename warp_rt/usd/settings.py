@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from pxr import Sdf, Usd, UsdRender, Vt
 
 from warp_rt.errors import SceneError
@@ -18,6 +19,7 @@ from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE, PURPOSES
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import numbers, shown
+from warp_rt.usd.color_spaces import color_space
 from warp_rt.usd.render_vars import read_render_var
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
@@ -38,7 +40,6 @@ _POLICIES = (
 )
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
 _BINDING_PURPOSES = ("full", "preview", "")
-_REC_709 = ("", "lin_rec709_scene", "lin_rec709", "lin_srgb")  # names of the space that is rendered in
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ class RenderTerms:
     """Material purpose that bindings without a purpose stand in for."""
     products: tuple[Product, ...] = ()
     """Raster products."""
+    rendering_from_rec709: np.ndarray | None = None
+    """Matrix from linear Rec. 709 to the primaries that are rendered in, shape [3, 3]; None: those."""
 
 
 def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> RenderTerms:
@@ -92,6 +95,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
         reader.purposes(),
         reader.binding_purpose(),
         tuple(products),
+        reader.rendering_from_rec709(),
     )
 
 
@@ -291,14 +295,21 @@ class _Reader:
 
     def purposes(self) -> tuple[str, ...] | None:
         """Return includedPurposes where authored."""
-        space = self._value("renderingColorSpace")
-        if space is not None and str(space) not in _REC_709:
-            self._ignored("renderingColorSpace", "colours are linear Rec. 709")
         purposes = self._tokens("includedPurposes") or ()
         unknown = [purpose for purpose in purposes if purpose not in PURPOSES]
         if unknown:
             self._invalid("includedPurposes", f"{', '.join(map(shown, unknown))}: no purpose of {', '.join(PURPOSES)}")
         return tuple(purpose for purpose in purposes if purpose in PURPOSES) or None
+
+    def rendering_from_rec709(self) -> np.ndarray | None:
+        """Return the matrix to the primaries that are rendered in; None of Rec. 709's, or, told, of what are none."""
+        name = str(self._value("renderingColorSpace") or "")
+        space = color_space(name) if name else None
+        matrix = np.linalg.inv(space.matrix) if space and space.gamma == 1.0 else None
+        if name and (matrix is None or not np.allclose(matrix.sum(axis=1), 1.0, atol=1e-3)):
+            self._ignored(f"renderingColorSpace {name!r}", "linear Rec. 709 is rendered in")
+            return None
+        return None if space is None or space.has_rec709_primaries else matrix
 
     def binding_purpose(self) -> str:
         """Return the material purpose that counts before bindings without a purpose."""
