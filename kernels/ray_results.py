@@ -283,6 +283,21 @@ def write_group(
     )
 
 
+_WRITE_BLOCKED = r"""
+    const int *rays = (const int*)order.data + start, *word = (const int*)words.data;
+    for (int index = 0; index < count; ++index)
+        ((bool*)blocked_out.data)[rays[index]] = is_traced && word[index] >= 0;
+"""
+
+
+@wp.func_native(_WRITE_BLOCKED)
+def write_blocked(
+    order: wp.array[int], start: int, count: int, is_traced: bool, words: wp.array[int], blocked_out: wp.array[wp.bool]
+):
+    """Write whether each of ``count`` rays hits anything; as ``write_hits`` writes where."""
+    ...
+
+
 @wp.func
 def write_group(
     accel: wp.ref[AccelData],
@@ -294,5 +309,4 @@ def write_group(
     group: wp.ref[RayGroup],
 ):
     """Write which of them hit anything."""
-    for index in range(count):
-        results.is_blocked[order[start + index]] = is_traced and group.words[index] >= 0
+    write_blocked(order, start, count, is_traced, group.words, results.is_blocked)
