@@ -92,7 +92,8 @@ def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
     """
     q = quaternions.astype(np.float64)
     norm = np.linalg.norm(q, axis=1, keepdims=True)
-    q = np.where(norm == 0, [0.0, 0.0, 0.0, 1.0], q / np.where(norm == 0, 1, norm))
+    with np.errstate(invalid="ignore"):  # of what is not finite, which the caller leaves out
+        q = np.where(norm == 0, [0.0, 0.0, 0.0, 1.0], q / np.where(norm == 0, 1, norm))
     vector, real = q[:, :3], q[:, 3]
     cross = np.zeros((len(q), 3, 3))
     cross[:, [2, 0, 1], [1, 2, 0]] = vector
