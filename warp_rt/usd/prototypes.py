@@ -27,6 +27,8 @@ CYCLE = "W123"
 IDLE_OPINION = "N922"
 IDLE_CHILD = "N923"
 
+_CHILDREN = "primChildren"  # field of a prim that a layer has, where that names some below it
+
 
 WalkGroup = Callable[[Sequence[Usd.Prim], Context], GroupBuilder]
 """Returns the group of some prims and all below them."""
@@ -67,7 +69,8 @@ class Prototypes:
             builder: Takes the copy.
             walk_group: Walks the prototype.
         """
-        self._note_opinions_below(prim)
+        if not context.is_proxy:
+            self._note_opinions_below(prim)
         # Below a SkelRoot each instance has a pose of its own.
         pose = prim.GetPath() if context.is_skinned else None
         style = (
@@ -128,8 +131,8 @@ class Prototypes:
     def _note_opinions_below(self, instance: Usd.Prim) -> None:
         """Note what the stage's own layers say below an instance, which USD does not compose."""
         path = instance.GetPath()
-        specs = [layer.GetPrimAtPath(path) for layer in self._layers] if not instance.IsInstanceProxy() else []
-        names = sorted({child.name for spec in specs if spec for child in spec.nameChildren})
+        specs = [spec for layer in self._layers if (spec := layer.GetPrimAtPath(path)) and spec.HasInfo(_CHILDREN)]
+        names = sorted({child.name for spec in specs for child in spec.nameChildren})
         if names:
             message = f"opinions about {', '.join(names)} below it do not count, for it is instanceable"
             self._report.warn(IDLE_OPINION, path, message)
