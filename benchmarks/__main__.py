@@ -15,6 +15,7 @@ NAMES = {
     "povray": "pictures and ray counts beside POV-Ray",
     "spd": "ray counts of the Standard Procedural Databases, beside the published ones",
     "references": "silhouettes beside reference pictures by other renderers",
+    "radiometry": "floors under lights of every type, each parameter swept, beside float64 sums",
     "scaling": "a frame by threads, triangles, resolution and depth; rays per second by instances",
     "scale": "large stages from the file to the first picture: seconds and memory",
     "startup": "whole processes, warm and cold",

@@ -292,6 +292,42 @@ GLOSS_SHARE = wp.constant(0.5)
 IMAGE_SHARE = wp.constant(0.5)
 """Part of the samples of a dome with an image that goes where it is bright; the rest goes by the cosine."""
 
-LIGHT_POINTS = wp.constant(64)
-"""Points of a light that stand for it where it counts as a whole and has no closed form: within 1 % under any focus,
-and in the mean at the edge of a cone; 4 microseconds a light and node."""
+OUTLINE_EDGES = wp.constant(32)
+"""Edges of the polygon that stands for a circle where what a light sends is summed along its outline; even."""
+
+WIDE_EDGE = wp.constant(0.1)
+"""Squared sine of half the angle that an edge covers up to which a series of four terms holds, within 1e-6."""
+
+LIGHT_CELLS = wp.constant(8)
+"""Cells each way that a light whose radiance varies is cut into where it counts as a whole; even."""
+
+LIGHT_CELLS_FINE = wp.constant(16)
+"""At least so many where the rim of a cone cuts through it, or where it has a texture or a profile."""
+
+LIGHT_CELLS_MAX = wp.constant(64)
+"""Most of them, where a narrow cone cuts through a light that looks large; 0.3 milliseconds."""
+
+SLIVER_CELLS = wp.constant(8.0)
+"""Cells across what a cone leaves of a light, at least: where it is less, more cells find it."""
+
+CONE_CELLS = wp.constant(4.0)
+"""Cells that the half angle of a cone is wide at least, where its rim cuts through the light."""
+
+PROFILE_CELL = wp.constant(0.1)
+"""Width of a cell [rad] under an IES profile, whose own are 5 degrees in most files."""
+
+POLE = wp.constant(1.0e-3)
+"""Angle [rad] by which an IES profile may end before a pole and still reach it: files are rounded."""
+
+FOCUS_CELLS = wp.constant(2.0)
+"""Cells by the angle in which a focused light falls to 1 / e: the sum is then off by a 24th of the square of 1 / 2."""
+
+STEEPEST = wp.constant(1.45)
+"""Angle to the axis [rad] that wider ones count as there: the tangent has a pole beyond."""
+
+FOCUS_DARK = wp.constant(1.0e-3)
+"""Focus factor below which a light gets no more cells for the sake of it."""
+
+FAR_PROFILE = wp.constant(64.0)
+"""Distance, in half diagonals, from which a light with a profile counts as if all of it were at its centre: there it is
+2 degrees wide."""

@@ -10,7 +10,7 @@ from .per_type import per_type
 from .profile import profile_factor
 from .sample_light import has_extent, light_radiance, meet_extent
 from .structs import FrameData, LightData, RayTask, SceneData
-from .texture import WRAP_CLAMP, sample_image
+from .texture import WRAP_CLAMP, sample_footprint
 from .visibility import holds
 
 
@@ -38,6 +38,50 @@ def rect_coordinates(light: wp.ref[LightData], from_center: wp.vec3) -> wp.vec2:
     return wp.vec2(0.5 - 0.5 * a, 0.5 + 0.5 * b)
 
 
+@wp.struct
+class EmissionCell:
+    """Part of a light over which a mean of its radiance is taken; of no size where none is."""
+
+    spread: wp.float32
+    """Of the angle to the light's axis, as in ``light.cone_factor``."""
+    across: wp.vec2
+    """Change of texture coordinates along one side of it; so too ``down``, along the other."""
+    down: wp.vec2
+
+
+@wp.func
+def mean_emission(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    position: wp.vec3,
+    wi: wp.vec3,
+    distance: float,
+    cell: wp.ref[EmissionCell],
+) -> wp.vec3:
+    """Return the mean radiance of a light over a cell of it: of its cone's rim and of its texture.
+
+    Args:
+        scene: Textures and profiles.
+        light: One with an extent.
+        position: Whence it is seen.
+        wi: Unit direction to the middle of the cell.
+        distance: To that.
+        cell: The cell.
+    """
+    radiance = light_radiance(light, wi, cell.spread)
+    if light.texture >= 0:
+        st = rect_coordinates(light, position + wi * distance - light.position)
+        image = scene.light_textures[light.texture].image
+        across = cell.across
+        down = cell.down
+        texel = sample_footprint(scene, image, st[0], st[1], across, down, WRAP_CLAMP, WRAP_CLAMP)
+        plain = wp.cw_mul(scene.light_textures[light.texture].radiance, wp.vec3(texel[0], texel[1], texel[2]))
+        radiance = wp.cw_mul(plain, cone_factor(light, wp.dot(wi, light.axis_z), cell.spread))
+    if light.profile >= 0:
+        radiance = radiance * profile_factor(scene, light.profile, wi, cell.spread)
+    return radiance
+
+
 @wp.func
 def light_emission(
     scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3, distance: float
@@ -51,16 +95,8 @@ def light_emission(
         wi: Unit direction to it.
         distance: To it.
     """
-    radiance = light_radiance(light, wi)
-    if light.texture >= 0:
-        st = rect_coordinates(light, position + wi * distance - light.position)
-        image = scene.images[scene.light_textures[light.texture].image]
-        texel = sample_image(scene, image, st[0], st[1], WRAP_CLAMP, WRAP_CLAMP)
-        plain = wp.cw_mul(scene.light_textures[light.texture].radiance, wp.vec3(texel[0], texel[1], texel[2]))
-        radiance = wp.cw_mul(plain, cone_factor(light, wp.dot(wi, light.axis_z)))
-    if light.profile >= 0:
-        radiance = radiance * profile_factor(scene, light.profile, wi)
-    return radiance
+    cell = EmissionCell()
+    return mean_emission(scene, light, position, wi, distance, cell)
 
 
 @wp.func

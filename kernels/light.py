@@ -23,6 +23,10 @@ KIND_DISK = wp.constant(4)
 KIND_CYLINDER = wp.constant(5)
 KIND_MESH = wp.constant(6)
 
+UNEVEN = wp.constant(1)
+"""Bits of ``LightData.varies``; so too"""
+VARIED = wp.constant(2)
+
 
 @wp.struct
 class LightSample:
@@ -127,8 +131,14 @@ def disk_irradiance(to_center: wp.vec3, axis: wp.vec3, radius: float) -> wp.vec3
 
 
 @wp.func
-def cone_factor(light: LightData, cos_axis: float) -> wp.vec3:
+def cone_factor(light: LightData, cos_axis: float, spread: float) -> wp.vec3:
     """Return UsdLux's shaping: the focus and the cone, for light that leaves at ``cos_axis`` to the axis.
+
+    Args:
+        light: The light.
+        cos_axis: Cosine between its -Z and the direction that light leaves in.
+        spread: Squared width that is added to that of the cone's soft rim [rad^2]: what the rim looks like as the mean
+            over a cell of directions. Smoothsteps of width w have a variance of w^2 / 20.
 
     Reference: UsdLux ShapingAPI: focus is |cos|^focus, tinted; the cone is 1 - smoothstep over its soft rim.
     """
@@ -139,12 +149,17 @@ def cone_factor(light: LightData, cos_axis: float) -> wp.vec3:
         factor = one * f + light.focus_tint * (1.0 - f)
     if light.cone_angle < wp.pi:
         theta = wp.acos(wp.clamp(cos_axis, -1.0, 1.0))
-        rim = light.cone_angle * (1.0 - light.cone_softness)
+        end = light.cone_angle
+        rim = end * (1.0 - light.cone_softness)
+        if spread > 0.0:
+            wider = 0.5 * (wp.sqrt((end - rim) * (end - rim) + spread) - (end - rim))
+            end += wider
+            rim -= wider
         cone = float(1.0)
-        if theta > light.cone_angle:
+        if theta > end:
             cone = 0.0
         elif theta > rim:
-            x = (theta - rim) / (light.cone_angle - rim)
+            x = (theta - rim) / (end - rim)
             cone = 1.0 - x * x * (3.0 - 2.0 * x)
         factor = factor * cone
     return factor
@@ -234,5 +249,5 @@ def sample_light(light: LightData, position: wp.vec3) -> LightSample:
             s.wi = flux
             return s
         s.wi = flux / amount
-    s.irradiance = wp.cw_mul(light.emission * amount, cone_factor(light, wp.dot(s.to_shadow, light.axis_z)))
+    s.irradiance = wp.cw_mul(light.emission * amount, cone_factor(light, wp.dot(s.to_shadow, light.axis_z), 0.0))
     return s

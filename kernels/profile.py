@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .constants import POLE
 from .structs import SceneData
 
 
@@ -35,7 +36,16 @@ def scaled_angle(theta: float, scale: float) -> float:
 
 
 @wp.func
-def profile_factor(scene: wp.ref[SceneData], row: int, wi: wp.vec3) -> float:
+def end_factor(inside: float, width: float) -> float:
+    """Return the mean of a step over a smoothstep of a width, at a signed distance inside of where it falls to 0."""
+    if width <= 0.0:
+        return 1.0 if inside >= 0.0 else 0.0
+    x = wp.clamp(inside / width + 0.5, 0.0, 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+@wp.func
+def profile_factor(scene: wp.ref[SceneData], row: int, wi: wp.vec3, spread: float) -> float:
     """Return a profile's factor for light that arrives along ``wi``; 0 where the profile has no angles.
 
     Light leaves along -wi. Its vertical angle is that to the light's -Z. Its horizontal angle is 0 towards local -X and
@@ -45,6 +55,8 @@ def profile_factor(scene: wp.ref[SceneData], row: int, wi: wp.vec3) -> float:
         scene: Profiles.
         row: Of ``SceneData.profiles``.
         wi: Unit direction to the light, world space.
+        spread: Squared width over which the ends of its vertical angles are smoothed [rad^2], as in
+            ``light.cone_factor``: what a cell of directions has in the mean.
 
     Reference: OpenUSD's hdEmbree, which reads profiles linearly in both angles.
     """
@@ -60,7 +72,19 @@ def profile_factor(scene: wp.ref[SceneData], row: int, wi: wp.vec3) -> float:
     vertical = profile.offset
     horizontal = vertical + profile.vertical_count
     values = horizontal + profile.horizontal_count
-    if theta < numbers[vertical] or theta > numbers[horizontal - 1]:
+    first = numbers[vertical]
+    last = numbers[horizontal - 1]
+    ends = float(1.0)
+    if spread > 0.0:
+        # Where an end lies at a pole there is nothing beyond it.
+        scale = wp.abs(profile.angle_scale) if profile.angle_scale != 0.0 else 1.0
+        width = wp.sqrt(spread) / scale
+        if scaled_angle(0.0, profile.angle_scale) < first - POLE:
+            ends = end_factor(theta - first, width)
+        if scaled_angle(wp.pi, profile.angle_scale) > last + POLE:
+            ends = ends * end_factor(last - theta, width)
+        theta = wp.clamp(theta, first, last)
+    if theta < first or theta > last:
         return 0.0
     if phi < numbers[horizontal] or phi > numbers[values - 1]:
         return 0.0
@@ -72,4 +96,4 @@ def profile_factor(scene: wp.ref[SceneData], row: int, wi: wp.vec3) -> float:
     there = here + profile.vertical_count
     a = numbers[here] * (1.0 - v) + numbers[here + 1] * v
     b = numbers[there] * (1.0 - v) + numbers[there + 1] * v
-    return a * (1.0 - h) + b * h
+    return (a * (1.0 - h) + b * h) * ends

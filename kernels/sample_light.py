@@ -61,13 +61,18 @@ def meet_extent(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> Lig
 
 
 @wp.func
-def light_radiance(light: wp.ref[LightData], wi: wp.vec3) -> wp.vec3:
+def light_radiance(light: wp.ref[LightData], wi: wp.vec3, spread: float) -> wp.vec3:
     """Return what arrives from a light along a unit direction to a point of it, shaping included.
 
     Shaping looks at the direction from each point of the light, as UsdLux has it.
+
+    Args:
+        light: The light.
+        wi: Unit direction to one of its points.
+        spread: As in :func:`cone_factor`.
     """
     if light.kind == KIND_DISTANT:
         # Its emission is the irradiance of a surface that faces it: pi sin^2 of the half angle, at most pi.
         sine2 = light.cap * (2.0 - light.cap) if light.cap < 1.0 else 1.0
         return light.emission / (wp.pi * sine2)
-    return wp.cw_mul(light.emission, cone_factor(light, wp.dot(wi, light.axis_z)))
+    return wp.cw_mul(light.emission, cone_factor(light, wp.dot(wi, light.axis_z), spread))

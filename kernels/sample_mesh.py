@@ -172,5 +172,5 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
     s.wi = flux / total
     s.to_shadow = to_target / distance
     s.distance = distance * SHADOW_END
-    s.irradiance = wp.cw_mul(light.emission * total, cone_factor(light, wp.dot(s.to_shadow, light.axis_z)))
+    s.irradiance = wp.cw_mul(light.emission * total, cone_factor(light, wp.dot(s.to_shadow, light.axis_z), 0.0))
     return s

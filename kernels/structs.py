@@ -145,7 +145,8 @@ class LightData:
     cap: wp.float32
     """Distant: 1 - cos of half its angle."""
     varies: wp.int32
-    """1 where its radiance is not the same from all points in all directions, or its shape not what its radius says."""
+    """UNEVEN where its shape is not what its radius says, VARIED where its radiance is not the same from all points in
+    all directions, both or neither."""
     has_falloff: wp.int32
     casts_shadow: wp.int32
     diffuse: wp.float32

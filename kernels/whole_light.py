@@ -1,25 +1,92 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A light as a whole: by closed form where that is exact, else summed over fixed points of the light, without noise."""
+"""A light as a whole: its irradiance in closed form, times its mean radiance, without noise."""
 
 import warp as wp
 
-from .constants import FAR_LIGHT, LIGHT_POINTS
-from .emission import light_emission
-from .light import KIND_DISTANT, KIND_MESH, KIND_POINT, LightSample, sample_light
+from .constants import (
+    CONE_CELLS,
+    FAR_LIGHT,
+    FAR_PROFILE,
+    FOCUS_CELLS,
+    FOCUS_DARK,
+    LIGHT_CELLS,
+    LIGHT_CELLS_FINE,
+    LIGHT_CELLS_MAX,
+    PROFILE_CELL,
+    SLIVER_CELLS,
+    STEEPEST,
+)
+from .emission import EmissionCell, light_emission, mean_emission, rect_coordinates
+from .light import (
+    KIND_DISTANT,
+    KIND_MESH,
+    KIND_POINT,
+    KIND_SPHERE,
+    UNEVEN,
+    VARIED,
+    LightSample,
+    sample_light,
+)
+from .light_direction import LightDirection
+from .outline import SeenPart, cone_flux, outlined_light
 from .profile import profile_factor
-from .sample_light import sample_extent
+from .sample_light import light_radiance, sample_extent
 from .sample_mesh import mesh_light
-from .sampling import radical_inverse, sobol_second, unit_float
+from .sampling import concentric_disk
 from .structs import LightData, SceneData
 from .vector import max_magnitude
 
+DARK = wp.constant(0)
+"""What :func:`cone_view` says of a light: all of it is outside of its cone,"""
+EVEN = wp.constant(1)
+"""the cone does not tell its points apart,"""
+CUT = wp.constant(2)
+"""or does."""
+
 
 @wp.func
-def is_uneven(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
-    """Return whether the closed form, that of the light's whole and even shape, is not what a surface gets.
+def bounding_square(light: wp.ref[LightData]) -> float:
+    """Return the squared radius of a ball about a light's centre that holds a rect, or a box about the others."""
+    return wp.length_sq(light.half_x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z)
 
-    That is where the horizon cuts through the light, and where one whose radiance or shape varies is near.
+
+@wp.func
+def half_angle(size2: float, distance2: float) -> float:
+    """Return half the angle that a ball covers, 90 degrees from within."""
+    return wp.asin(wp.sqrt(wp.min(size2 / wp.max(distance2, 1.0e-30), 1.0)))
+
+
+@wp.func
+def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int:
+    """Return how a cone lies to a point: it leaves it dark, it does not tell the light's points apart, or its rim does.
+
+    Args:
+        light: The light.
+        to_center: From the point to its centre.
+        size2: Its :func:`bounding_square`.
+    """
+    end = light.cone_angle
+    if end >= wp.pi:
+        return EVEN
+    d2 = wp.length_sq(to_center)
+    half = half_angle(size2, d2)
+    cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(wp.max(d2, 1.0e-30))
+    theta = wp.acos(wp.clamp(cosine, -1.0, 1.0))
+    rim = end * (1.0 - light.cone_softness)
+    if theta - half >= end:
+        return DARK
+    # A soft rim that is much wider than the light looks straight to it.
+    if theta + half <= rim or end - rim > FAR_LIGHT * half:
+        return EVEN
+    return CUT
+
+
+@wp.func
+def is_plain(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
+    """Return whether a light's closed form, that of its whole and even shape, shaped as at its centre, is what counts.
+
+    It is not where the horizon cuts through the light, and for one whose radiance or shape varies where that is seen.
 
     Args:
         light: The light.
@@ -27,62 +94,198 @@ def is_uneven(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
         n: Its unit normal.
     """
     if light.kind == KIND_POINT:
-        return False
+        return True
     if light.kind == KIND_DISTANT:
         height = wp.dot(n, light.axis_z)
-        return light.cap >= 1.0 or height * height < light.cap * (2.0 - light.cap)
+        return light.cap < 1.0 and height * height >= light.cap * (2.0 - light.cap)
+    if (light.varies & UNEVEN) != 0:
+        return False
     center = light.position - position
-    size2 = wp.length_sq(light.half_x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z)
-    if light.varies != 0 and wp.length_sq(center) < FAR_LIGHT * FAR_LIGHT * size2:
-        return True
+    size2 = bounding_square(light)
     height = wp.dot(n, center)
-    return height * height < size2
+    if height * height < size2:
+        return False
+    if light.varies == 0:
+        return True
+    far = FAR_PROFILE if light.profile >= 0 else FAR_LIGHT
+    return wp.length_sq(center) >= far * far * size2 and cone_view(light, center, size2) == EVEN
+
+
+@wp.func
+def angle_to_axis(light: wp.ref[LightData], wi: wp.vec3) -> float:
+    """Return the angle to the light's axis of what it sends along -wi."""
+    return wp.acos(wp.clamp(wp.dot(wi, light.axis_z), -1.0, 1.0))
+
+
+@wp.func
+def even_count(count: float) -> int:
+    """Return a number of cells rounded up to an even one, up to ``LIGHT_CELLS_MAX``."""
+    return 2 * int(wp.ceil(0.5 * wp.min(count, float(LIGHT_CELLS_MAX))))
+
+
+@wp.func
+def cell_count(light: wp.ref[LightData], to_center: wp.vec3, size2: float, view: int) -> int:
+    """Return into how many cells each way a light is cut, so that its radiance varies little within one.
+
+    Args:
+        light: The light.
+        to_center: From the surface to its centre.
+        size2: Its :func:`bounding_square`.
+        view: Of its cone.
+    """
+    half = half_angle(size2, wp.length_sq(to_center))
+    count = float(LIGHT_CELLS)
+    if view == CUT or light.profile >= 0 or light.texture >= 0:
+        count = float(LIGHT_CELLS_FINE)
+    if view == CUT:
+        count = wp.max(count, CONE_CELLS * 2.0 * half / wp.max(light.cone_angle, 1.0e-3))
+    if light.profile >= 0:
+        count = wp.max(count, 2.0 * half / PROFILE_CELL)
+    if light.focus > 0.0:
+        theta = angle_to_axis(light, wp.normalize(to_center))
+        theta = wp.min(theta, wp.pi - theta)
+        if wp.pow(wp.cos(wp.max(theta - half, 0.0)), light.focus) > FOCUS_DARK:
+            root = wp.sqrt(light.focus)
+            steepest = root * wp.max(1.0, root * wp.tan(wp.min(theta + half, STEEPEST)))
+            count = wp.max(count, FOCUS_CELLS * 2.0 * half * steepest)
+    return even_count(count)
+
+
+@wp.func
+def sample_cell(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
+    """Return what ``sample_extent`` does, squares of the unit square being about as long as wide on a sphere, too.
+
+    Its sampler takes polar coordinates, whose cells would be wedges.
+    """
+    if light.kind == KIND_SPHERE:
+        q = concentric_disk(u)
+        turn = wp.atan2(q[1], q[0]) / (2.0 * wp.pi)
+        return sample_extent(light, position, wp.vec2(wp.length_sq(q), turn if turn >= 0.0 else turn + 1.0))
+    return sample_extent(light, position, u)
+
+
+@wp.struct
+class MeanRadiance:
+    """Of what a surface sees of a light, by what each part would send there if all were alike."""
+
+    radiance: wp.vec3
+    share: wp.float32
+    """Of what is not dark."""
 
 
 @wp.func(inline=False)
-def sum_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
-    """Return how a light with an extent reaches a surface, summed over ``LIGHT_POINTS`` of its directions.
+def mean_radiance(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3, count: int, seen: SeenPart
+) -> MeanRadiance:
+    """Return the mean of a light's radiance over what a surface sees of it.
 
-    The same ones everywhere, those of the samplers at the points of a (0, 2)-sequence, so that there is no noise. What
-    lies below the horizon is left out.
+    The light is cut into cells, squares of the unit square that its samplers map to it. Four cells at a time tell how
+    wide each of them is in the cone's angle and in the texture, over which both are averaged: without that, a rim that
+    cuts through the light would jump from cell to cell.
 
     Args:
         scene: Textures and profiles.
-        light: The light.
+        light: A rect, disk, sphere or cylinder.
+        position: Of the surface.
+        n: Its unit normal.
+        count: Cells each way; even.
+        seen: What of the light is above the horizon: its middle counts where no cell's is.
+    """
+    mean = MeanRadiance()
+    total = wp.vec3(0.0, 0.0, 0.0)
+    whole = float(0.0)
+    lit = float(0.0)
+    step = 1.0 / float(count)
+    for block in range(count * count / 4):
+        row = 2 * (block / (count / 2))
+        column = 2 * (block - (row / 2) * (count / 2))
+        u = wp.vec2(float(column) + 0.5, float(row) + 0.5) * step
+        a = sample_cell(light, position, u)
+        b = sample_cell(light, position, u + wp.vec2(step, 0.0))
+        c = sample_cell(light, position, u + wp.vec2(0.0, step))
+        d = sample_cell(light, position, u + wp.vec2(step, step))
+        cell = EmissionCell()
+        if light.cone_angle < wp.pi or light.profile >= 0:
+            angle_a = angle_to_axis(light, a.wi)
+            angle_b = angle_to_axis(light, b.wi)
+            angle_c = angle_to_axis(light, c.wi)
+            angle_d = angle_to_axis(light, d.wi)
+            across = 0.5 * (angle_b - angle_a + angle_d - angle_c)
+            down = 0.5 * (angle_c - angle_a + angle_d - angle_b)
+            # A side of width w has a variance of w^2 / 12.
+            cell.spread = (20.0 / 12.0) * (across * across + down * down)
+        if light.texture >= 0:
+            st_a = rect_coordinates(light, position + a.wi * a.distance - light.position)
+            cell.across = rect_coordinates(light, position + b.wi * b.distance - light.position) - st_a
+            cell.down = rect_coordinates(light, position + c.wi * c.distance - light.position) - st_a
+        for k in range(wp.int32(4)):
+            one = a
+            if k == 1:
+                one = b
+            elif k == 2:
+                one = c
+            elif k == 3:
+                one = d
+            cosine = wp.dot(n, one.wi)
+            if one.pdf > 0.0 and cosine > 0.0:
+                weight = cosine / one.pdf
+                emission = mean_emission(scene, light, position, one.wi, one.distance, cell)
+                total += emission * weight
+                whole += weight
+                if max_magnitude(emission) > 0.0:
+                    lit += weight
+    if whole > 0.0:
+        mean.radiance = total / whole
+        mean.share = lit / whole
+    else:
+        mean.radiance = light_emission(scene, light, position, wp.normalize(seen.middle), wp.length(seen.middle))
+        mean.share = 1.0
+    return mean
+
+
+@wp.func(inline=False)
+def summed_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
+    """Return how a light reaches a surface where its plain closed form is not what counts.
+
+    Args:
+        scene: Textures and profiles.
+        light: One with an extent, no mesh.
         position: Of the surface.
         n: Its unit normal.
     """
     s = LightSample()
-    flux = wp.vec3(0.0, 0.0, 0.0)
-    arriving = wp.vec3(0.0, 0.0, 0.0)
-    whole = float(0.0)
-    distance = float(0.0)
-    for k in range(wp.int32(LIGHT_POINTS)):
-        index = wp.uint32(k)
-        middle = 0.5 / float(LIGHT_POINTS)
-        u = wp.vec2(unit_float(radical_inverse(index)) + middle, unit_float(sobol_second(index)) + middle)
-        d = sample_extent(light, position, u)
-        cosine = wp.dot(n, d.wi)
-        if d.pdf > 0.0 and cosine > 0.0:
-            amount = light_emission(scene, light, position, d.wi, d.distance) / (d.pdf * float(LIGHT_POINTS))
-            weight = max_magnitude(amount)
-            flux += d.wi * weight
-            distance += d.distance * weight
-            whole += weight
-            arriving += amount * cosine
-    if whole <= 0.0:
-        return s
-    s.wi = wp.normalize(flux)
-    s.irradiance = arriving / wp.dot(n, s.wi)
-    s.to_shadow = s.wi
-    s.distance = distance / whole
-    center = light.position - position
     if light.kind == KIND_DISTANT:
-        center = light.axis_z
-    elif wp.dot(n, center) > 0.0:
-        s.distance = wp.length(center)
-    if wp.dot(n, center) > 0.0:
-        s.to_shadow = wp.normalize(center)
+        flux = cone_flux(light.axis_z, light.cap, n)
+        amount = wp.length(flux)
+        if amount == 0.0:
+            return s
+        s.wi = flux / amount
+        s.irradiance = light_radiance(light, s.wi, 0.0) * amount
+        s.to_shadow = light.axis_z if wp.dot(n, light.axis_z) > 0.0 else s.wi
+        s.distance = wp.inf
+        return s
+    to_center = light.position - position
+    size2 = bounding_square(light)
+    view = cone_view(light, to_center, size2)
+    if view == DARK:
+        return s
+    seen = outlined_light(light, position, n)
+    amount = wp.length(seen.flux)
+    if amount == 0.0:
+        return s
+    s.wi = seen.flux / amount
+    target = to_center if wp.dot(n, to_center) > 0.0 else seen.middle
+    s.distance = wp.length(target)
+    s.to_shadow = target / s.distance
+    radiance = light.emission
+    if (light.varies & VARIED) != 0:
+        count = cell_count(light, to_center, size2, view)
+        mean = mean_radiance(scene, light, position, n, count, seen)
+        finer = even_count(SLIVER_CELLS / wp.max(mean.share, 1.0e-3))
+        if mean.share > 0.0 and finer > count and (view == CUT or light.profile >= 0):
+            mean = mean_radiance(scene, light, position, n, finer, seen)
+        radiance = mean.radiance
+    s.irradiance = radiance * amount
     return s
 
 
@@ -90,8 +293,7 @@ def sum_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.v
 def whole_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
     """Return how a light reaches a surface, shaping and profile included, shadows not.
 
-    The shadow ray goes to the light's centre, or, where that is below the horizon, along the mean direction of what is
-    above it.
+    The shadow ray goes to the light's centre, or, where that is below the horizon, to the middle of what is above it.
 
     Args:
         scene: Textures and profiles.
@@ -102,10 +304,10 @@ def whole_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     s = LightSample()
     if light.kind == KIND_MESH:
         s = mesh_light(scene, light, position, n)
-    elif is_uneven(light, position, n):
-        return sum_light(scene, light, position, n)
-    else:
+    elif is_plain(light, position, n):
         s = sample_light(light, position)
+    else:
+        return summed_light(scene, light, position, n)
     if light.profile >= 0:
-        s.irradiance = s.irradiance * profile_factor(scene, light.profile, s.to_shadow)
+        s.irradiance = s.irradiance * profile_factor(scene, light.profile, s.to_shadow, 0.0)
     return s

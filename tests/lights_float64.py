@@ -27,14 +27,29 @@ def patches(light: Light, count: int = 512) -> tuple[np.ndarray, np.ndarray]:
     Returns:
         Two arrays of shape [count^2, 3], world space.
     """
+    return patches_at(light, *_grid(midpoints(0, 1, count), midpoints(0, 1, count)), count)
+
+
+def patches_at(light: Light, s: np.ndarray, t: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the patches about some values of the light's parameters, each 1 / ``count`` wide, of 0 to 1.
+
+    Args:
+        light: The light.
+        s: First parameter, shape [n].
+        t: Second parameter, shape [n].
+        count: Parts of either parameter.
+
+    Returns:
+        As :func:`patches`, shape [n, 3].
+    """
     m = light.world_from_light[:3, :3]
     if light.kind == LightKind.RECT:
-        u, v = _grid(midpoints(-0.5, 0.5, count), midpoints(-0.5, 0.5, count))
+        u, v = s - 0.5, t - 0.5
         p = np.stack([light.width * u, light.height * v, 0 * u], -1)
         du, dv = _along(p, 0, light.width / count), _along(p, 1, light.height / count)
         inward = -m[:, 2]
     elif light.kind == LightKind.DISK:
-        r, a = _grid(light.radius * midpoints(0, 1, count), midpoints(0, 2 * np.pi, count))
+        r, a = light.radius * s, 2 * np.pi * t
         c, s = np.cos(a), np.sin(a)
         p = np.stack([r * c, r * s, 0 * r], -1)
         du = np.stack([c, s, 0 * r], -1) * (light.radius / count)
@@ -42,14 +57,14 @@ def patches(light: Light, count: int = 512) -> tuple[np.ndarray, np.ndarray]:
         inward = -m[:, 2]
     elif light.kind == LightKind.SPHERE:
         # Equal steps of the cosine are equal areas of the sphere.
-        z, a = _grid(midpoints(-1, 1, count), midpoints(0, 2 * np.pi, count))
+        z, a = 2 * s - 1, 2 * np.pi * t
         q, c, s = np.sqrt(1 - z * z), np.cos(a), np.sin(a)
         p = light.radius * np.stack([q * c, q * s, z], -1)
         du = light.radius * np.stack([-z / q * c, -z / q * s, np.ones_like(z)], -1) * (2 / count)
         dv = light.radius * np.stack([-q * s, q * c, 0 * z], -1) * (2 * np.pi / count)
         inward = None
     else:
-        x, a = _grid(light.length * midpoints(-0.5, 0.5, count), midpoints(0, 2 * np.pi, count))
+        x, a = light.length * (s - 0.5), 2 * np.pi * t
         c, s = np.cos(a), np.sin(a)
         p = np.stack([x, light.radius * c, light.radius * s], -1)
         du = _along(p, 0, light.length / count)
@@ -88,23 +103,34 @@ def shaping(light: Light, cosine: np.ndarray) -> np.ndarray:
     return factor
 
 
-def arriving(light: Light, point: np.ndarray, count: int = 512, *, with_places: bool = False) -> tuple[np.ndarray, ...]:
+Cut = tuple[np.ndarray, np.ndarray]
+"""What :func:`patches` returns."""
+
+
+def arriving(
+    light: Light, point: np.ndarray, count: int = 512, *, cut: Cut | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return unit directions from a point to the patches that it sees, their solid angles, and their radiance.
 
-    Nothing is in between. Shapes [n, 3], [n], [n, 3]; with places, also where the patches are, shape [n, 3].
+    Nothing is in between. Shapes [n, 3], [n], [n, 3].
+
+    Args:
+        light: The light.
+        point: Whence.
+        count: Parts of either parameter.
+        cut: The light's patches, so that many points can share them.
     """
     axis = light.world_from_light[:3, 2] / np.linalg.norm(light.world_from_light[:3, 2])
     if light.kind == LightKind.DISTANT:
         return _cone(light, axis, count)
-    centers, areas = patches(light, count)
+    centers, areas = cut or patches(light, count)
     to_light = centers - point
     d = np.linalg.norm(to_light, axis=1)
     wi = to_light / d[:, None]
     solid_angle = np.maximum(-(areas * wi).sum(1), 0) / d**2
     seen = solid_angle > 0
     radiance = np.array(light.radiance) * shaping(light, wi[seen] @ axis)
-    places = (centers[seen],) if with_places else ()
-    return (wi[seen], solid_angle[seen], radiance, *places)
+    return wi[seen], solid_angle[seen], radiance
 
 
 def _cone(light: Light, axis: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -121,5 +147,14 @@ def _cone(light: Light, axis: np.ndarray, count: int) -> tuple[np.ndarray, np.nd
 
 def irradiance(light: Light, point: np.ndarray, normal: np.ndarray, count: int = 512) -> np.ndarray:
     """Return the irradiance of a surface, what lies below its horizon left out: shape [3]."""
-    wi, solid_angle, radiance = arriving(light, point, count)
-    return (radiance * (np.maximum(wi @ normal, 0) * solid_angle)[:, None]).sum(0)
+    return irradiances(light, point[None], normal, count)[0]
+
+
+def irradiances(light: Light, points: np.ndarray, normal: np.ndarray, count: int = 512) -> np.ndarray:
+    """Return the irradiance of each of some places of a flat surface, shape [n, 3]: shape [n, 3]."""
+    cut = None if light.kind == LightKind.DISTANT else patches(light, count)
+    result = []
+    for point in points:
+        wi, solid_angle, radiance = arriving(light, point, count, cut=cut)
+        result.append((radiance * (np.maximum(wi @ normal, 0) * solid_angle)[:, None]).sum(0))
+    return np.array(result)

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from warp_rt.light_shapes import ellipse_circumference, ellipsoid_area
+from warp_rt.kernels.light import UNEVEN, VARIED
+from warp_rt.light_shapes import ellipsoid_area
 from warp_rt.light_tables import LightTables
 from warp_rt.scene import Light, LightKind
 
@@ -59,15 +60,14 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
     }
 
 
-def _varies(light: Light, lengths: np.ndarray) -> bool:
-    """Return whether a light's closed form is not that of its shape and radiance: only a sum over points is."""
+def _varies(light: Light, lengths: np.ndarray) -> int:
+    """Return ``kernels.structs.LightData.varies``: UNEVEN, VARIED, both or neither."""
     shaped = light.focus > 0 or light.cone_angle < np.pi or light.profile is not None or light.image >= 0
     axes = light.world_from_light[:3, :3] / np.where(lengths > 0, lengths, 1.0)
     is_sheared = np.abs(axes.T @ axes - np.eye(3)).max() > _EVEN
-    if light.kind == LightKind.RECT:
-        return shaped
     round_lengths = {LightKind.DISK: lengths[:2], LightKind.CYLINDER: lengths[1:]}.get(light.kind, lengths)
-    return bool(shaped or is_sheared or round_lengths.max() > round_lengths.min() * (1 + _EVEN))
+    is_uneven = is_sheared or round_lengths.max() > round_lengths.min() * (1 + _EVEN)
+    return (VARIED if shaped else 0) | (UNEVEN if is_uneven and light.kind != LightKind.RECT else 0)
 
 
 def _half_sizes(light: Light) -> np.ndarray:
@@ -100,15 +100,12 @@ def _emission(light: Light) -> np.ndarray:
 
 
 def _radius(light: Light, lengths: np.ndarray) -> float:
-    """Return the radius of a round light as a whole; of one under uneven scale, that of the same area.
+    """Return the radius of a round light under an even scale, and of a point light under any.
 
-    Averaged over all directions, a convex body covers the same solid angle as the sphere of its area (Cauchy: its mean
-    projection is a quarter of its surface), so that it gives the same mean irradiance. A cylinder likewise gets the
-    radius of the same circumference.
+    That of a point light is of the sphere that has the ellipsoid's area: averaged over all directions, a convex body
+    covers the same solid angle as the sphere of its area (Cauchy: its mean projection is a quarter of its surface).
     """
     a, b, c = (float(length) for length in lengths)
-    if light.kind == LightKind.DISK:
-        return light.radius * math.sqrt(a * b)
-    if light.kind == LightKind.CYLINDER:
-        return light.radius * ellipse_circumference(b, c) / (2 * math.pi)
+    if light.kind in (LightKind.DISK, LightKind.CYLINDER):
+        return light.radius * b
     return light.radius * math.sqrt(ellipsoid_area(a, b, c) / (4 * math.pi))

@@ -232,10 +232,6 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/l"},
     ),
     "W407": (light("SphereLight", "float intensity = 5"), {"/l.intensity"}),
-    "W408": (
-        light("SphereLight", 'double3 xformOp:scale = (1, 2, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'),
-        {"/l"},
-    ),
     "W409": (light("DiskLight", "float inputs:radius = 0"), {"/l"}),
     "W410": (light("DomeLight", "rel portals = </p>") + 'def Xform "p" {}', {"/l"}),
     "W411": (

@@ -28,7 +28,6 @@ from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_FILTER = "W403"
 OLD_ATTRIBUTE = "W407"
-UNEVEN_SCALE = "W408"
 INVALID_LIGHT = "W409"
 IGNORED_PORTALS = "W410"
 DOME_LAYOUT = "W411"
@@ -56,8 +55,6 @@ _PREFIX = "inputs:"
 # What lights of any type had before USD 21, beside the properties of their own type.
 _COMMON_APIS = ("LightAPI", "ShapingAPI", "ShadowAPI")
 _COMMON_TYPE = "DomeLight"
-# Scales along the axes of a round light that differ by less count as equal: float32 transforms are not exact.
-_EVEN_SCALE = 1e-3
 # Pole +Y to +Z, image centre +Z to -Y: the rotation of a dome whose pole is Z.
 _Z_POLE = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
@@ -186,8 +183,6 @@ def _read_shape(
             if not is_normalized:
                 report.warn(POINT_WITHOUT_AREA, path, "a point of radius 0 sends out nothing; read as if normalised")
             radius, is_normalized = 1.0, True
-    if kind in (LightKind.SPHERE, LightKind.POINT, LightKind.CYLINDER):
-        _report_uneven_scale(matrix, kind, path, report)
     if not has_falloff:
         divisor = 1.0
     elif kind == LightKind.DISTANT:
@@ -298,16 +293,6 @@ def _world_area(
     if kind == LightKind.CYLINDER:
         return ellipse_circumference(b, c) * float(np.linalg.norm(x)) * length
     return ellipsoid_area(a, b, c)
-
-
-def _report_uneven_scale(matrix: np.ndarray, kind: LightKind, path: Sdf.Path, report: Report) -> None:
-    """Report a sphere that its transform makes an ellipsoid, or a cylinder whose section it makes an ellipse."""
-    scales = np.linalg.norm(matrix[:3, :3], axis=0)
-    round_scales = scales[1:] if kind == LightKind.CYLINDER else scales
-    if round_scales.max() > round_scales.min() * (1 + _EVEN_SCALE):
-        report.warn(
-            UNEVEN_SCALE, path, "a round light under uneven scale: unless sampled, it counts as one of the same area"
-        )
 
 
 # --- domes
