@@ -304,6 +304,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/a"},
     ),
     "N923": (instancer(ONE + "rel prototypes = </i/p>", 'def Sphere "p" {}\ndef Camera "c" {}'), {"/i"}),
+    "N924": ('def "g" { token visibility = "invisible"\ndef Sphere "s" {}\n}', {"/g"}),
     "N914": (
         bound(
             shader("UsdPreviewSurface", "float inputs:displacement = 1\ntoken outputs:displacement"),

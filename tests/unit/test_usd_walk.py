@@ -447,6 +447,27 @@ def test_operations_of_a_transform_that_are_not_there_are_named(body: str, is_to
     assert codes(scene) == ({"/s": "W105"} if is_told else {})
 
 
+@pytest.mark.parametrize(
+    ("kind", "body", "is_told"),
+    [
+        ("", 'token visibility = "invisible"', True),
+        ("", 'uniform token purpose = "guide"', True),
+        ("", 'double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = ["xformOp:translate"]', True),
+        ("Material", 'token visibility = "invisible"', True),
+        ("Scope", 'double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = ["xformOp:translate"]', True),
+        ("", 'token visibility = "inherited"\nuniform token purpose = "default"', False),
+        ("Scope", "uniform token[] xformOpOrder = []", False),
+    ],
+)
+def test_what_a_prim_has_no_attribute_for_is_without_effect_and_noted(kind: str, body: str, is_told: bool) -> None:
+    stage = stage_of(f'def {kind} "g" {{\n{body}\ndef Mesh "m" {{ {TRIANGLE} }}\n}}')
+    mesh = UsdGeom.Imageable(stage.GetPrimAtPath("/g/m"))
+    assert (mesh.ComputeVisibility(), mesh.ComputePurpose()) == ("inherited", "default")
+    scene = load_stage(stage)
+    np.testing.assert_array_equal(placement(scene, "/g/m"), np.array(mesh.ComputeLocalToWorldTransform(0)).T)
+    assert codes(scene) == ({"/g": "N924"} if is_told else {})
+
+
 def test_operations_that_are_not_in_the_order_do_not_count_and_are_noted() -> None:
     ops = "double3 xformOp:translate = (1, 0, 0)\ndouble3 xformOp:translate:pivot = (0, 2, 0)\n"
     order = 'uniform token[] xformOpOrder = ["!invert!xformOp:translate:pivot"]'

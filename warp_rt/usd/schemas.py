@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import NamedTuple
 
 from pxr import Usd, UsdGeom, UsdSemantics
@@ -13,8 +13,14 @@ from warp_rt.report import Report
 from warp_rt.usd.lights import is_light
 
 MOTION_SCALE = "W423"
+IDLE_ATTRIBUTE = "N924"
 
 _LABELS = "SemanticsLabelsAPI:"
+_OF_IMAGEABLES = ("visibility", "purpose")
+_OF_XFORMABLES = ("xformOpOrder",)
+FOREIGN = frozenset((*_OF_XFORMABLES, *_OF_IMAGEABLES))
+"""Attributes that other prims than Xformables may have in vain."""
+_SAY_NOTHING = ("inherited", "default")
 
 
 class PrimType(NamedTuple):
@@ -54,6 +60,26 @@ class TypeReader:
             is_light=is_light(prim),
         )
         return found
+
+
+def report_meaningless(
+    prim: Usd.Prim, prim_type: PrimType, names: Set[str], time: Usd.TimeCode, report: Report
+) -> None:
+    """Note where a prim that is no Xformable is to be moved, and one that is no Imageable to be hidden.
+
+    Args:
+        prim: No Xformable.
+        prim_type: Its type.
+        names: What it authors.
+        time: When that is read.
+        report: Takes the note.
+    """
+    foreign = _OF_XFORMABLES if prim_type.is_imageable else (*_OF_XFORMABLES, *_OF_IMAGEABLES)
+    values = {name: prim.GetAttribute(name).Get(time) for name in foreign if name in names}
+    idle = [name for name, value in values.items() if value and value not in _SAY_NOTHING]
+    if idle:
+        kind = f"a {prim_type.name}" if prim_type.name else "a prim without a type"
+        report.warn(IDLE_ATTRIBUTE, prim.GetPath(), f"{', '.join(idle)} on {kind}: without effect, by USD's rules")
 
 
 def report_ignored(prim: Usd.Prim, schemas: Sequence[str], report: Report) -> None:

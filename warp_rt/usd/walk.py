@@ -33,7 +33,7 @@ from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
-from warp_rt.usd.schemas import PrimType, TypeReader, read_labels, report_ignored
+from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader, read_labels, report_ignored, report_meaningless
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
 from warp_rt.usd.stage import UNLOADED
@@ -171,6 +171,8 @@ class StageWalk:
                 self._add_unseen_cameras(prim, above, builder)
             return None
         matrix, here = place, above
+        if not prim_type.is_xformable and not FOREIGN.isdisjoint(authored.names):
+            report_meaningless(prim, prim_type, authored.names, self._time, self._report)
         if prim_type.is_xformable and (authored.operations or "xformOpOrder" in authored.names):
             local = self._transforms.read(prim, authored)
             if local is None:
