@@ -45,22 +45,23 @@ def encode_references(
     codes_out: wp.array[wp.uint64],
     order_out: wp.array[int],
 ):
-    """Write, of one chunk of references, the tree's number above the Morton code of the centroid, and the row.
+    """Write, of a chunk of references, the tree's number above the Morton code of the centroid, and the row.
 
-    Codes are those within the tree's centroid box. The number takes the uppermost 63 - ``tree_bits`` bits' place, so
-    that one sort does for all trees.
+    The codes are those within a cube at the lower corner of the tree's centroid box: were cells as flat as the box,
+    what is strewn over a plane would be cut through its height as often as sideways. The tree's number has
+    ``tree_bits`` bits, for which the code's lowest ones make room, so that one sort does for all trees.
     """
     chunk = first + wp.tid()
     tree = chunk_tree[chunk]
     low = ranges[tree].centroid_low
     extent = ranges[tree].centroid_high - low
-    scale = wp.vec3(0.0)
-    for axis in range(3):
-        if extent[axis] > MIN_EXTENT:
-            scale[axis] = 1.0 / extent[axis]
+    side = wp.max(extent[0], wp.max(extent[1], extent[2]))
+    scale = float(0.0)
+    if side > MIN_EXTENT:
+        scale = 1.0 / side
     shift = wp.uint64(3 * MORTON_BITS - tree_bits)
     for i in range(chunk_first[chunk], chunk_first[chunk] + chunk_count[chunk]):
-        place = wp.cw_mul(xyz(references[i].low) + xyz(references[i].high) - xyz(low), scale)
+        place = (xyz(references[i].low) + xyz(references[i].high) - xyz(low)) * scale
         codes_out[i] = (wp.uint64(tree) << shift) | (morton_code(place) >> wp.uint64(tree_bits))
         order_out[i] = i
 

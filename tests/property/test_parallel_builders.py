@@ -66,7 +66,7 @@ def linear_leaves(shape: Shape, leaf_size: int) -> list[list[int]]:
     boxes = shape[0].astype(np.float32)[shape[1]]
     centroids = boxes.min(axis=1) + boxes.max(axis=1)
     low, high = centroids.min(axis=0), centroids.max(axis=0)
-    scale = np.float32(1) / (high - low)
+    scale = np.float32(1) / (high - low).max()  # cells are cubes
     cells = np.clip((centroids - low) * scale * np.float32(2**21), 0, 2**21 - 1).astype(int).tolist()
     codes = [sum((c[axis] >> bit & 1) << (3 * bit + axis) for bit in range(21) for axis in range(3)) for c in cells]
     found: list[list[int]] = []
@@ -154,12 +154,23 @@ def test_the_nearest_cluster_is_found_and_found_back(kind: str, is_filling: bool
     ids=["sphere", "torus", "soup", "uneven"],
 )
 def test_costs_beside_the_surface_area_heuristic(shape: Shape) -> None:
-    """As docs/performance.md says: within a tenth by clusters, within two fifths by Morton codes."""
+    """As docs/performance.md says: within a tenth by clusters, within a third by Morton codes."""
     scene = Scene.from_arrays(*shape)
     cost = {bvh: warp_rt.build_accel(scene, bvh=bvh).statistics.sah_cost for bvh in ("sah", *PARALLEL)}
     assert cost["ploc"] < 1.1 * cost["sah"]
-    assert cost["lbvh"] < 1.4 * cost["sah"]
+    assert cost["lbvh"] < 1.33 * cost["sah"]
     assert cost["ploc"] < cost["lbvh"]
+
+
+@pytest.mark.parametrize("bvh", PARALLEL)
+def test_flat_scenes_are_not_cut_through_their_height(bvh: str) -> None:
+    """Heaps strewn over a plane, a hundredth as high as wide: codes tell heaps apart before top from bottom."""
+    rng = np.random.default_rng(14)
+    places = np.repeat(rng.uniform(0, 100, (150, 1, 3)) * [1, 0, 1], 100, axis=0)
+    corners = places + rng.uniform(0, 1, (15_000, 1, 3)) + 0.05 * rng.normal(size=(15_000, 3, 3))
+    scene = Scene.from_arrays(corners.reshape(-1, 3), np.arange(45_000, dtype=np.int32).reshape(-1, 3))
+    cost = {name: warp_rt.build_accel(scene, bvh=name).statistics.sah_cost for name in ("sah", bvh)}
+    assert cost[bvh] < 1.2 * cost["sah"]
 
 
 @pytest.mark.parametrize("bvh", PARALLEL)
@@ -216,8 +227,10 @@ def test_refitting_in_place_gives_the_boxes_that_were_built(bvh: str, device: st
 
 @pytest.mark.parametrize("bvh", PARALLEL)
 def test_every_run_gives_the_same_tree(bvh: str, device: str) -> None:
+    """On every device: neither contracts products and sums, and sorts are stable."""
     scene = Scene.from_arrays(*uneven(5000, 8))
-    runs = [warp_rt.build_accel(scene, bvh=bvh, device=device).data for _ in range(3)]
+    runs = [warp_rt.build_accel(scene, bvh=bvh, device=device).data for _ in range(2)]
+    runs.append(warp_rt.build_accel(scene, bvh=bvh, device="cpu", threads=3).data)
     for name in ("nodes", "leaves", "instances"):
         assert len({getattr(run, name).numpy().tobytes() for run in runs}) == 1
 
