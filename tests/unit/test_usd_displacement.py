@@ -251,3 +251,48 @@ def test_heights_may_change_with_time_and_triangles_do_not() -> None:
     first, second = (only(load(body, time=time)) for time in (1, 2))
     np.testing.assert_array_equal(first.triangles, second.triangles)
     assert (first.points[0, 2], second.points[0, 2]) == (0.5, 1.5)
+
+
+HEIGHT = "float inputs:displacement.connect = </M/H.outputs:result>"
+READS_HEIGHT = """def Shader "H" {
+    uniform token info:id = "UsdPrimvarReader_float"
+    string inputs:varname = "height"
+    float inputs:fallback = 0.25
+    float outputs:result
+}"""
+
+
+def test_a_height_that_nobody_has_is_the_fallback() -> None:
+    scene = load(mesh(FLAT) + material(HEIGHT, more=READS_HEIGHT))
+    np.testing.assert_allclose(scene.meshes[0].points[:, 2], 0.25)
+    assert "W305" not in codes(scene).values()
+
+
+@pytest.mark.parametrize(("values", "told"), [("[0, 1]", {"/i/m": "W305"}), ("[0.5, 0.5]", {"/i/m": "W305"}), ("", {})])
+def test_heights_that_instances_have_of_their_own_are_told(values: str, told: dict[str, str]) -> None:
+    of_instances = f'float[] primvars:height = {values} (interpolation = "vertex")' if values else ""
+    instancer = f"""def PointInstancer "i" {{
+        point3f[] positions = [(0, 0, 0), (4, 0, 0)]
+        int[] protoIndices = [0, 0]
+        rel prototypes = </i/m>
+        {of_instances}
+        {mesh(FLAT + "float primvars:height = 0.75")}
+    }}"""
+    scene = load(f"{instancer}\n{material(HEIGHT, more=READS_HEIGHT)}")
+    np.testing.assert_allclose(scene.meshes[0].points[:, 2], 0.75)
+    assert {prim: code for prim, code in codes(scene).items() if code == "W305"} == told
+
+
+def test_a_height_from_above_an_instancer_is_told_once() -> None:
+    instancer = f"""def Xform "x" {{
+        float primvars:height = 0.5
+        def PointInstancer "i" {{
+            point3f[] positions = [(0, 0, 0), (4, 0, 0)]
+            int[] protoIndices = [0, 0]
+            rel prototypes = </x/i/m>
+            {mesh(FLAT)}
+        }}
+    }}"""
+    scene = load(f"{instancer}\n{material(HEIGHT, more=READS_HEIGHT)}")
+    np.testing.assert_allclose(scene.meshes[0].points[:, 2], 0.25)
+    assert [record.prim for record in scene.diagnostics if record.code == "W305"] == ["/x/i/m"]

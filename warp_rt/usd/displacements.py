@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.displacement import Displacement, displaced
 from warp_rt.report import Report
-from warp_rt.scene import Mesh, Shapes
+from warp_rt.scene import Instances, Mesh, Shapes
 from warp_rt.usd.materials import DISPLACEMENT, MaterialReader
 from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
 from warp_rt.usd.primvars import Values
@@ -44,6 +46,8 @@ class DisplacementReader:
     def __init__(self, materials: MaterialReader, report: Report) -> None:
         self._materials = materials
         self._report = report
+        self._heights: dict[str, dict[str, np.ndarray | None]] = {}
+        """Of each displaced prim, the primvars that heights are read from, and what they are from above."""
         self._moving: dict[tuple[int, ...], bool] = {}
 
     def concern(self, materials: tuple[int, ...]) -> bool:
@@ -81,14 +85,37 @@ class DisplacementReader:
         textures = self._materials.textures
         names = {textures[height.texture].primvar if height.texture >= 0 else height.primvar for height in heights}
         given = {name: value for name, value in constants.items() if name in names and name not in geometry.primvars}
+        told = set()
         for name in sorted(names - {"", *given, *geometry.primvars}):
-            if UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name).HasValue():
+            primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+            if primvar and primvar.HasValue():
                 message = f"displaced by the fallback of the primvar {name}, which is authored on or above an instance"
                 self._report.warn(DISPLACEMENT, prim.GetPath(), message)
+                told.add(name)
         if level == 0 and str(prim.GetAttribute("subdivisionScheme").Get()) in SUBDIVISION_SCHEMES:
             message = f"displaced at the {len(geometry.points)} points of its cage alone: --complexity gives it more"
             self._report.warn(COARSE, prim.GetPath(), message)
+        self._heights[str(prim.GetPath())] = {name: given.get(name) for name in sorted(names - {"", *told})}
         return Move(displacements, given)
+
+    def report_unreached(self, instances: Instances, prims: Sequence[str]) -> None:
+        """Report primvars of which instances have values of their own, for heights are read once for all of them.
+
+        Args:
+            instances: What is drawn.
+            prims: Paths that ``Instances.prim`` counts.
+        """
+        for row, path in enumerate(prims if self._heights and instances.primvars else ()):
+            for name, used in self._heights.get(path, {}).items():
+                values = instances.primvars.get(name)
+                if values is None:
+                    continue
+                own = values[instances.prim == row]
+                own = own[~np.isnan(own[:, 0])]
+                # What is inherited stands there, too, and has been used.
+                if len(own) and (used is None or (own[:, : len(used)] != used).any()):
+                    message = f"values of the primvar {name} that instances have of their own do not displace them"
+                    self._report.warn(DISPLACEMENT, path, message)
 
     def apply(self, mesh: Mesh | Shapes, move: Move | None) -> Mesh | Shapes:
         """Return the moved mesh."""

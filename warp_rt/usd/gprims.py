@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Mesh, Shapes
+from warp_rt.scene import Instances, Mesh, Shapes
 from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.bindings import extend_bindings
 from warp_rt.usd.context import Context
@@ -179,6 +179,10 @@ class GprimReader:
             materials=materials,
             primvars=tuple(frozenset(one.primvars) for one in drawn),
         )
+
+    def report_unreached(self, instances: Instances, prims: Sequence[str]) -> None:
+        """Report what instances say of heights in vain: see ``DisplacementReader.report_unreached``."""
+        self._displacements.report_unreached(instances, prims)
 
     def _move(self, listed: _Listed, source: MeshSource, materials: tuple[int, ...]) -> Move | None:
         held = self._sources[listed.source]

@@ -114,6 +114,7 @@ def load_stage(
         gprims = reader.read()
         group = placed.build(gprims)
         instances = _instances(group, gprims, report)
+        reader.report_unreached(instances, gprims.prims)
         linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
         placed_lights = group.lights
         collections = None if pass_path is None else PassCollections(stage.GetPrimAtPath(pass_path), report)
