@@ -244,6 +244,11 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W412": (light("SphereLight", "bool treatAsPoint = 1\nfloat inputs:radius = 0"), {"/l"}),
     "W413": (light("SphereLight", 'string inputs:intensity = "x"'), {"/l"}),
     "W415": (light("SphereLight", "float inputs:shaping:cone:softness = 2", '"ShapingAPI"'), {"/l"}),
+    "W416": (
+        light("SphereLight", "float inputs:intensity.connect = </x.inputs:i>")
+        + 'def Xform "x" { float inputs:i = 1\n}',
+        {"/l.inputs:intensity"},
+    ),
     "N918": (
         textured(
             ST + "asset inputs:file = @DIR/good.png@\nfloat4 inputs:bias = (1, 1, 1, 1)",

@@ -35,6 +35,7 @@ POINT_WITHOUT_AREA = "W412"
 INVALID_VALUE = "W413"
 MATERIAL_RESPONSE = "W414"
 OUT_OF_RANGE = "W415"
+CONNECTED_INPUT = "W416"
 FOREIGN_LIGHT = "W419"
 NO_SHAPING = "N919"
 MEAN_GLOW = "N918"
@@ -353,6 +354,11 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     if prim.GetTypeName() in (*_DOMES, "DistantLight") and shaping:
         names = ", ".join(str(attribute.GetName()) for attribute in shaping)
         report.warn(NO_SHAPING, path, f"{names}: light from infinitely far is not shaped")
+    for attribute in prim.GetAuthoredPropertiesInNamespace("inputs"):
+        if isinstance(attribute, Usd.Attribute) and attribute.HasAuthoredConnections():
+            report.warn(
+                CONNECTED_INPUT, attribute.GetPath(), "connections of lights are not followed; its value counts"
+            )
     for name in sorted(_old_names(prim)):
         attribute = prim.GetAttribute(name)
         if attribute and (attribute.HasAuthoredValue() or attribute.HasAuthoredConnections()):
