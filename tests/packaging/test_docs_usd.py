@@ -260,11 +260,6 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "N919": (light("DistantLight", "float inputs:shaping:cone:angle = 20", '"ShapingAPI"'), {"/l"}),
     "W419": (light("SphereLight", 'uniform token light:shaderId = "TheirLight"'), {"/l"}),
-    "W414": (
-        f'def Mesh "l" (prepend apiSchemas = ["MeshLightAPI"]) {{ {QUAD}\n'
-        + 'uniform token light:materialSyncMode = "noMaterialResponse" }',
-        {"/l"},
-    ),
     "W421": ('def Camera "c" { float fStop = 2 }', {"/c"}),
     "W422": ('def Camera "c" { int clippingPlanes = 1 }', {"/c"}),
     "W423": ('def Xform "x" (prepend apiSchemas = ["MotionAPI"]) { float motion:blurScale = 0.5 }', {"/x"}),

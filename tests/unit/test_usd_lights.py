@@ -100,6 +100,15 @@ def test_multipliers_and_shadow():
     assert (light.diffuse, light.specular, light.casts_shadow) == (0.25, 2, False)
 
 
+@pytest.mark.parametrize(("kelvin", "nearest"), [(11000, 10000), (500, 1000)])
+def test_temperatures_that_usd_does_not_know_are_told(kelvin, nearest):
+    body = 'def RectLight "L" {{\nbool inputs:enableColorTemperature = {}\nfloat inputs:colorTemperature = {}\n}}'
+    light, codes = _read(body.format(1, kelvin))
+    assert (light.radiance, codes) == (_read(body.format(1, nearest))[0].radiance, ["W415"])
+    assert light.radiance == pytest.approx(tuple(UsdLux.BlackbodyTemperatureAsRgb(kelvin)))
+    assert _read(body.format(0, kelvin))[1] == []
+
+
 def test_temperature_counts_only_where_enabled():
     # usd-core's black body at 6500 K is (1.0433, 0.9836, 1.0346)
     assert _light("RectLight", "float inputs:colorTemperature = 2000").radiance == (1, 1, 1)

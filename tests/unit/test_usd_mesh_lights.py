@@ -72,14 +72,18 @@ def test_normalize_divides_by_the_area_in_world_space():
         ("", (0.5, 2, 4), []),  # the schema's fallback is materialGlowTintsLight
         ("materialGlowTintsLight", (0.5, 2, 4), []),
         ("independent", (1, 1, 1), []),
-        ("noMaterialResponse", (1, 1, 1), ["W414"]),
+        ("noMaterialResponse", (1, 1, 1), []),
     ],
 )
 def test_material_sync_mode(mode, factor, codes):
     body = f'uniform token light:materialSyncMode = "{mode}"' if mode else ""
     scene = _scene(body, bound=True)
     assert scene.lights[0].radiance == pytest.approx(np.array([12, 6, 3]) * factor)
-    assert scene.lights[0].glows  # whatever the mode: the mesh is drawn with its material
+    is_black = mode == "noMaterialResponse"
+    assert scene.lights[0].glows == (not is_black)
+    table = scene.instances.material_table[scene.instances.material_offset[0] :]
+    drawn = scene.materials[table[0]]
+    assert any(any(term.value) for term in drawn.inputs.values()) == (not is_black)
     assert not _scene(body).lights[0].glows
     assert [d.code for d in scene.diagnostics if d.code.startswith("W")] == codes
 

@@ -12,6 +12,7 @@ reference implementation.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -33,7 +34,6 @@ IGNORED_PORTALS = "W410"
 DOME_LAYOUT = "W411"
 POINT_WITHOUT_AREA = "W412"
 INVALID_VALUE = "W413"
-MATERIAL_RESPONSE = "W414"
 OUT_OF_RANGE = "W415"
 CONNECTED_INPUT = "W416"
 FOREIGN_LIGHT = "W419"
@@ -48,9 +48,12 @@ _KINDS = {
     "DistantLight": LightKind.DISTANT,
     "Mesh": LightKind.MESH,
 }
+# What UsdLux.BlackbodyTemperatureAsRgb knows [K]; others count as the nearer end.
+_TEMPERATURES = 1000.0, 10000.0
 _FALLOFFS = ("inverseSquare", "none")
 _SYNC_MODE = "light:materialSyncMode"
-_TINTS = "materialGlowTintsLight"
+_TINTS, _NO_RESPONSE = "materialGlowTintsLight", "noMaterialResponse"
+_SYNC_MODES = (_TINTS, _NO_RESPONSE, "independent")
 _DOMES = ("DomeLight", "DomeLight_1")
 _PREFIX = "inputs:"
 # What lights of any type had before USD 21, beside the properties of their own type.
@@ -117,16 +120,10 @@ def read_light(
     if kind in _DOMES:
         return _read_dome(prim, kind, matrix, attributes, report, images)
     light = _read_shape(prim, _KINDS[kind], matrix, attributes, report, images, profiles, mesh)
-    if light is not None and mesh is not None:
-        _report_sync_mode(prim, attributes, report)
+    if light is not None and mesh is not None and attributes.token(_SYNC_MODE, _TINTS, _SYNC_MODES) == _NO_RESPONSE:
+        meshes.blacken(prim)
+        light = replace(light, glows=False)
     return light
-
-
-def _report_sync_mode(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
-    """Report a mode that would show the mesh otherwise than with its material."""
-    if attributes.token(_SYNC_MODE, _TINTS) == "noMaterialResponse":
-        message = "materialSyncMode noMaterialResponse is not supported: the mesh is drawn with its material"
-        report.warn(MATERIAL_RESPONSE, prim.GetPath(), message)
 
 
 def _mesh_area(matrix: np.ndarray, mesh: ShiningMesh) -> float:
@@ -147,7 +144,7 @@ def _emission(attributes: AttributeReader) -> np.ndarray:
     exposure = attributes.number("inputs:exposure", 0.0)
     color = np.array(attributes.color("inputs:color", (1.0, 1.0, 1.0)))
     if attributes.truth("inputs:enableColorTemperature", False):
-        temperature = attributes.number("inputs:colorTemperature", 6500.0)
+        temperature = attributes.within("inputs:colorTemperature", 6500.0, *_TEMPERATURES, OUT_OF_RANGE)
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(temperature))
     with np.errstate(over="ignore"):
         return intensity * np.exp2(exposure) * color

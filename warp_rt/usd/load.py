@@ -127,6 +127,7 @@ def load_stage(
             meshes, instances, gprims.prims, materials.materials, materials.textures, materials.images
         )
         lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report)
+        instances, surfaces = shining.blackened()
         if collections is not None:
             domes = collections.domes(domes)
         cameras = _read_cameras(group, code, report)
@@ -146,7 +147,7 @@ def load_stage(
         prims=gprims.prims,
         instance_paths=group.names,
         labels=walk.labels,
-        materials=tuple(materials.materials),
+        materials=surfaces,
         textures=tuple(materials.textures),
         images=tuple(materials.images),
         lights=tuple(lights),

@@ -8,13 +8,16 @@ Reference: UsdLux MeshLightAPI, and LightAPI's ``light:materialSyncMode``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Usd
 
 from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, Shapes, Texture
 from warp_rt.srgb import linear_from_srgb
+
+# All that a WhittedSurface answers with.
+_TERMS = ("ambient", "diffuse", "specular", "reflection", "transmission")
 
 
 @dataclass(frozen=True)
@@ -56,11 +59,37 @@ class MeshLightReader:
         self._materials = materials
         self._textures = textures
         self._images = images
+        self._black: list[np.ndarray] = []
+
+    def _rows(self, prim: Usd.Prim) -> np.ndarray:
+        """Return the instances that draw a prim."""
+        path = str(prim.GetPath())
+        return np.flatnonzero(np.isin(self._instances.prim, [k for k, name in enumerate(self._prims) if name == path]))
+
+    def blacken(self, prim: Usd.Prim) -> None:
+        """Have a mesh that shines answer to no light: ``light:materialSyncMode`` is noMaterialResponse."""
+        self._black.append(self._rows(prim))
+
+    def blackened(self) -> tuple[Instances, tuple[Material, ...]]:
+        """Return the scene's instances and materials, those that are to be black with a black one."""
+        if not self._black:
+            return self._instances, tuple(self._materials)
+        rows = np.concatenate(self._black)
+        slots = 1 + max(int(self._slots(row).max(initial=0)) for row in rows)
+        table, offset = self._instances.material_table, self._instances.material_offset.copy()
+        offset[rows] = len(table)
+        table = np.concatenate([table, np.full(slots, len(self._materials), table.dtype)])
+        materials = (*self._materials, Material("", MaterialModel.WHITTED, dict.fromkeys(_TERMS, Input())))
+        return replace(self._instances, material_offset=offset, material_table=table), materials
+
+    def _slots(self, row: int) -> np.ndarray:
+        """Return the material slot of each triangle of an instance's mesh: nothing where all have the first."""
+        slots = self._meshes[self._instances.mesh[row]].material_slots
+        return np.zeros(0, int) if slots is None else slots
 
     def read(self, prim: Usd.Prim) -> ShiningMesh | None:
         """Return what shines of a mesh; None where it is not drawn."""
-        path = str(prim.GetPath())
-        rows = np.flatnonzero(np.isin(self._instances.prim, [k for k, name in enumerate(self._prims) if name == path]))
+        rows = self._rows(prim)
         if not len(rows):
             return None
         mesh = self._meshes[self._instances.mesh[rows[0]]]
