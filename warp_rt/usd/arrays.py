@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""USD's arrays as NumPy arrays of a known shape: a value of another type counts as absent, never as a crash."""
+"""USD's arrays as NumPy arrays of a known shape: a value of another type counts as absent, never as a crash.
+
+They are copies. USD's own may lie in the file, mapped into memory: one of them would keep all of it there, and would
+change, or be gone, with the file.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +32,8 @@ def float_rows(value: Any) -> np.ndarray | None:
         array = array[:, None]
     if array.ndim != 2 or not 1 <= array.shape[1] <= 4:
         return None
-    if array.dtype == np.float32:
-        return np.ascontiguousarray(array)
     with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which every caller looks for
-        return np.ascontiguousarray(array, np.float32)
+        return np.array(array, np.float32, order="C")
 
 
 def vector_rows(value: Any, width: int) -> np.ndarray | None:
@@ -49,9 +51,10 @@ def integers(value: Any) -> np.ndarray | None:
 
 
 def signed_integers(value: Any) -> np.ndarray | None:
-    """Return integers as they are stored, else as int64: shape [n], perhaps the value's own memory; None: others."""
+    """Return integers as they are stored, else as int64: shape [n]; None: others."""
     array = _numbers(value)
-    return array if array is not None and array.dtype == np.int32 and array.ndim == 1 else integers(value)
+    is_plain = array is not None and array.dtype == np.int32 and array.ndim == 1
+    return np.array(array) if is_plain else integers(value)
 
 
 def integer_rows(value: Any, width: int) -> np.ndarray | None:

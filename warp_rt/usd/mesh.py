@@ -313,7 +313,7 @@ def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -
     """Return points, shape [n, 3], or integers; of no length where they are absent or, told, of a wrong type."""
     value = prim.GetAttribute(name).Get(time)
     if type(value) is _PLAIN_TYPES[name]:
-        return np.asarray(value)
+        return np.array(value)
     array = vector_rows(value, 3) if name == "points" else signed_integers(value)
     if array is not None:
         return array

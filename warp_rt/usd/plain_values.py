@@ -110,7 +110,7 @@ def _read_normals(prim: Usd.Prim, authored: Authored, time: Usd.TimeCode) -> Pla
     if type(value) is not Vt.Vec3fArray:
         return None
     interpolation = attribute.GetMetadata("interpolation") or UsdGeom.Tokens.vertex
-    return PlainRows("normals", np.asarray(value), None, str(interpolation))
+    return PlainRows("normals", np.array(value), None, str(interpolation))
 
 
 def _read_primvars(
@@ -153,5 +153,5 @@ def _read_primvar(
         held = prim.GetAttribute(index_name).Get(time)
         if type(held) is not Vt.IntArray:
             return None
-        indices = np.asarray(held)
-    return PlainRows(name, np.asarray(value).reshape(-1, width), indices, interpolation)
+        indices = np.array(held)
+    return PlainRows(name, np.array(value).reshape(-1, width), indices, interpolation)
