@@ -13,7 +13,7 @@ from pxr import Sdf, Vt
 from .meshes import noisy_icosphere, noisy_torus
 
 BRANCHES = 10  # children of each Xform of the deep hierarchy
-MATERIALS = 100
+MATERIALS = 100  # of the exported stage; and assets of the assembly
 PROTOTYPE_LEVELS = 3  # of the icosphere: 1280 triangles
 _SIDES = "[0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4, 2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6]"
 _CORNERS = np.array([[(k & 1), (k >> 1) & 1, k >> 2] for k in range(8)]) - 0.5
@@ -95,6 +95,16 @@ def exported(count: int) -> Iterator[str]:
     yield "}\n"
 
 
+def assembly(count: int) -> Iterator[str]:
+    """Yield Xforms that each reference one of the assets, an Xform with a mesh in it; none of them is instanceable."""
+    for k in range(MATERIALS):
+        yield f'class Xform "Asset{k}"\n{{\n' + _mesh(k, MATERIALS, is_placed=False) + "}\n"
+    yield 'def Xform "World"\n{\n'
+    for k in range(count):
+        yield f'def Xform "x{k}" (references = </Asset{k % MATERIALS}>)\n{{\n{_place(k, count)}}}\n'
+    yield "}\n"
+
+
 def native(count: int) -> Iterator[str]:
     """Yield native instances of one asset of two meshes."""
     yield 'class Xform "Asset"\n{\n' + _mesh(0, 1) + _mesh(1, 2) + "}\n"
@@ -132,6 +142,7 @@ FORMS: dict[str, Callable[[int], Iterator[str]]] = {
     "deep": deep,
     "colored": colored,
     "exported": exported,
+    "assembly": assembly,
     "native": native,
     "implicit": implicit,
     "instancer": instancer,
