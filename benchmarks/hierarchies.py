@@ -5,7 +5,7 @@
     python -m benchmarks hierarchies
     python -m benchmarks hierarchies --triangles 100 1000
 
-Brute force, and the lecture's binary trees of four builders with boxes and with spheres as bounding volumes, in plain
+Brute force, and the lecture's binary trees of five builders with boxes and with spheres as bounding volumes, in plain
 kernels on one thread; beside them warp_rt's own traversal. Eye rays of a picture of a torus of any number of triangles.
 """
 

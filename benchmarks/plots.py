@@ -39,7 +39,7 @@ TREE_COLORS = {
     "lbvh": SKY,
     "median": ORANGE,
     "midpoint": PURPLE,
-    "ploc": INK,
+    "ploc": GREEN,
     "sah": VERMILION,
 }
 

@@ -205,7 +205,7 @@ def test_why_hierarchies_has_the_saved_counts() -> None:
     ]
     assert len(table) == 6
     for _, exact, *counts in table:
-        expected = [tests[int(exact), name] for name in ("sah", "midpoint", "median", "lbvh")]
+        expected = [tests[int(exact), name] for name in ("sah", "midpoint", "median", "lbvh", "ploc")]
         assert tests[int(exact), "brute force"] == int(exact)
         np.testing.assert_allclose([float(count) for count in counts], expected, atol=0.051)
 
