@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Seconds of whole processes, from the command to the finished file: warm, and cold with kernels to compile.
 
-python -m benchmarks startup
+    python -m benchmarks startup
+
+Python's bytecode is there, as in every installed package, whatever the environment says of writing it.
 """
 
 from __future__ import annotations
@@ -37,12 +39,14 @@ def main(arguments: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         picture = str(Path(folder, "picture.png"))
         commands = {name: [*words, picture] if words is RENDER else list(words) for name, words in COMMANDS.items()}
-        seconds, _ = time_in_turns({name: partial(run, words) for name, words in commands.items()}, options.rounds)
+        bytecode = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(Path(folder, "bytecode"))}
+        timed = {name: partial(run, words, bytecode) for name, words in commands.items()}
+        seconds, _ = time_in_turns(timed, options.rounds)
         cold = []
         for turn in range(min(3, options.rounds)):
             cache = Path(folder, f"kernels-{turn}")
             start = time.perf_counter()
-            run(commands["render a small picture"], {"WARP_CACHE_PATH": str(cache)})
+            run(commands["render a small picture"], bytecode | {"WARP_CACHE_PATH": str(cache)})
             cold.append(time.perf_counter() - start)
         seconds["render a small picture, kernels to compile"] = cold
     rows = [{"command": name, "seconds": significant(turns)} for name, turns in seconds.items()]
@@ -51,12 +55,12 @@ def main(arguments: Sequence[str]) -> None:
     save_if_asked(options, "startup", rows, KEYS)
 
 
-def run(words: Sequence[str], environment: dict[str, str] | None = None) -> None:
+def run(words: Sequence[str], environment: dict[str, str]) -> None:
     """Run Python with some words, and see that it does well."""
     subprocess.run(
         [sys.executable, *words],
         check=True,
         capture_output=True,
-        env=os.environ | (environment or {}),
+        env=os.environ | environment,
         cwd=results.ROOT,
     )

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``python -m warp_rt``: the command line."""
 
-import sys
+from warp_rt.cli.program import run
 
-from warp_rt.cli.main import main
-
-sys.exit(main())
+run()
