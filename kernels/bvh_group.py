@@ -16,7 +16,7 @@ from .bvh_structs import AccelData, Stack
 from .constants import ALL_RAYS, GROUP, GROUP_FEW, GROUP_FLOATS, LEAVE_INSTANCE, TRIANGLES
 from .group_stack import GroupStack, push_children_group, push_group
 from .group_stack_each import push_children_of_each
-from .intersect_group import meet_shapes, meet_triangles
+from .intersect_group import meet_shapes, meet_triangles, set_skips
 from .ray_group import bound_group, greatest_end, rays_of_first_octant, rays_reaching
 from .ray_set import count_rays, drop_first, first_ray
 from .transform_group import transform_group
@@ -38,6 +38,12 @@ class RayGroup:
     """Word of the leaves, or of the shapes, at which the triangle's or the shape's index is found; -1: no hit."""
     records: wp.array[int]
     """Instance record of the hit."""
+    senders: wp.array[int]
+    """Instance that each ray starts on; -1: anywhere."""
+    triangles: wp.array[int]
+    """Triangle, or shape, of it."""
+    skips: wp.array[int]
+    """That of the instance at work which each ray starts on and cannot meet, or NO_TRIANGLE."""
     stack: GroupStack
     single_stack: Stack
     """That of a ray which is traced alone."""
@@ -51,9 +57,13 @@ def meet_leaf(
     kind = int(accel.instances[record].kind)
     hits = wp.uint32(0)
     if kind == TRIANGLES:
-        hits = meet_triangles(accel.leaves, leaf, group.rays, first, rays, group.ends, group.u, group.v, group.words)
+        hits = meet_triangles(
+            accel.leaves, leaf, group.rays, first, rays, group.skips, group.ends, group.u, group.v, group.words
+        )
     else:
-        hits = meet_shapes(accel.shapes, leaf, kind, group.rays, first, rays, group.ends, group.u, group.v, group.words)
+        hits = meet_shapes(
+            accel.shapes, leaf, kind, group.rays, first, rays, group.skips, group.ends, group.u, group.v, group.words
+        )
     if hits == wp.uint32(0):
         return 0
     while hits != wp.uint32(0):
@@ -72,6 +82,7 @@ def enter_instance(accel: wp.ref[AccelData], group: wp.ref[RayGroup], record: in
     They are taken into the instance's space, and parted by their octants there. Bounds are found for the part of more
     than GROUP_FEW, of which there can be only one.
     """
+    set_skips(group.senders, group.triangles, accel.instances[record].instance, group.skips)
     t_entry = group.stack.distances[top]
     root = accel.instances[record].root
     push_group(group.stack, top, LEAVE_INSTANCE, 0.0, rays)
@@ -90,7 +101,8 @@ def enter_instance(accel: wp.ref[AccelData], group: wp.ref[RayGroup], record: in
     return above
 
 
-@wp.func
+# Out of line: its two callers in a picture's kernel make it twice as long to compile, and no faster.
+@wp.func(inline=False)
 def trace_group(accel: wp.ref[AccelData], group: wp.ref[RayGroup], count: int, is_any: bool):
     """Find the closest hits of a group's first ``count`` rays, or any hits, and leave them in its arrays.
 
@@ -102,6 +114,8 @@ def trace_group(accel: wp.ref[AccelData], group: wp.ref[RayGroup], count: int, i
     bound_group(group.rays, 0, everyone)
     t_end = greatest_end(group.ends)
     record = int(accel.only_instance)
+    if record >= 0:
+        set_skips(group.senders, group.triangles, accel.instances[record].instance, group.skips)
     first = int(0)
     push_group(group.stack, 0, accel.root, 0.0, everyone)
     top = int(1)

@@ -26,6 +26,34 @@ from .ray_set import drop_first, first_ray
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 
+_SKIP = r"""
+    for (int ray = 0; ray < GROUP; ++ray) {
+        const int triangle = ((const int*)triangles.data)[ray];
+        ((int*)skips.data)[ray] = ((const int*)senders.data)[ray] == instance ? triangle : NO_TRIANGLE;
+    }
+"""
+
+
+@wp.func_native(spell_out(_SKIP, GROUP=GROUP, NO_TRIANGLE=NO_TRIANGLE))
+def set_skips(senders: wp.array[int], triangles: wp.array[int], instance: int, skips: wp.array[int]):
+    """Write which triangle of an instance, or which shape, each ray of a group starts on; NO_TRIANGLE: none.
+
+    Args:
+        senders: Instance that each ray starts on.
+        triangles: Triangle of it.
+        instance: Which is asked about.
+        skips: Output, shape [GROUP].
+    """
+    ...
+
+
+@wp.func
+def set_skips_plain(senders: wp.array[int], triangles: wp.array[int], instance: int, skips: wp.array[int]):
+    """Write what ``set_skips`` writes, in plain Warp."""
+    for ray in range(wp.int32(GROUP)):
+        skips[ray] = triangles[ray] if senders[ray] == instance else NO_TRIANGLE
+
+
 _MEET_TRIANGLES = (
     r"""
     const float* lines = (const float*)group.data + first;
@@ -43,7 +71,7 @@ _MEET_TRIANGLES = (
             {line[0], line[GROUP], line[2 * GROUP]},
             {line[SHEAR_ROW * GROUP], line[(SHEAR_ROW + 1) * GROUP], line[(SHEAR_ROW + 2) * GROUP]},
             {bits[AXES_ROW * GROUP], bits[(AXES_ROW + 1) * GROUP], bits[(AXES_ROW + 2) * GROUP]},
-            NO_TRIANGLE};
+            ((const int*)skips.data)[index]};
         float t_max = ends_[index];
 """
     + LEAF_ROWS
@@ -88,7 +116,6 @@ _MEET_TRIANGLES = spell_out(
     GROUP=GROUP,
     SHEAR_ROW=SHEAR_ROW,
     AXES_ROW=AXES_ROW,
-    NO_TRIANGLE=NO_TRIANGLE,
     LEAF_FLOATS=LEAF_FLOATS,
     LEAF_IDS=LEAF_IDS,
 )
@@ -101,6 +128,7 @@ def meet_triangles(
     group: wp.array[float],
     first: int,
     rays: wp.uint32,
+    skips: wp.array[int],
     ends: wp.array[float],
     u: wp.array[float],
     v: wp.array[float],
@@ -121,6 +149,7 @@ def meet_triangles_plain(
     group: wp.array[float],
     first: int,
     rays: wp.uint32,
+    skips: wp.array[int],
     ends: wp.array[float],
     u: wp.array[float],
     v: wp.array[float],
@@ -133,6 +162,7 @@ def meet_triangles_plain(
         bit = wp.uint32(1) << wp.uint32(index)
         if (rays & bit) != wp.uint32(0):
             ray = group_ray(group, first, index)
+            ray.skip = skips[index]
             lane = intersect_triangles_plain(leaves, leaf, WATERTIGHT, ray, ends[index], tuv)
             if lane >= 0:
                 ends[index] = tuv[0]
@@ -151,6 +181,7 @@ def meet_shapes(
     group: wp.array[float],
     first: int,
     rays: wp.uint32,
+    skips: wp.array[int],
     ends: wp.array[float],
     u: wp.array[float],
     v: wp.array[float],
@@ -168,7 +199,7 @@ def meet_shapes(
         rest = drop_first(rest)
         origin = group_vector(group, first + index, GROUP)
         direction = group_vector(group, first + DIRECTION_ROW * GROUP + index, GROUP)
-        lane = intersect_shapes(shapes, leaf, kind, origin, direction, NO_TRIANGLE, ends[index], tuv)
+        lane = intersect_shapes(shapes, leaf, kind, origin, direction, skips[index], ends[index], tuv)
         if lane >= 0:
             ends[index] = tuv[0]
             u[index] = tuv[1]

@@ -13,6 +13,8 @@ def per_type(function, is_needed=lambda types: True):
     A type variable in the annotations stands for each of its constraints, passed by reference. Warp's own generics
     (``Any``) would do, but cannot be mixed with arguments by reference.
 
+    One that the file defines after another of the same name replaces those of its overloads that have the same types.
+
     Args:
         function: Annotated Python function.
         is_needed: Whether any kernel has a use for a choice of types, a list.
@@ -31,6 +33,8 @@ def per_type(function, is_needed=lambda types: True):
             name: wp.ref[chosen[type_]] if isinstance(type_, TypeVar) else type_ for name, type_ in annotations.items()
         }
         overloads.append(wp.func(twin))
-    for overload in overloads[1:]:
-        overloads[0].add_overload(overload)
-    return overloads[0]
+    earlier = function.__globals__.get(function.__name__)
+    first = earlier if isinstance(earlier, wp.Function) else overloads.pop(0)
+    for overload in overloads:
+        first.add_overload(overload)
+    return first

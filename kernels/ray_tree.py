@@ -10,9 +10,9 @@ times the product of the coefficients on the way, so a node needs no memory of i
 import warp as wp
 
 from .aov import FirstHit, write_aovs
-from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
+from .bvh_structs import AccelData, Hit, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit_from
-from .camera import make_eye_ray
+from .camera import EyeRay, make_eye_ray
 from .constants import PASS_LIMIT
 from .emission import light_met, radiance_of_seen
 from .environment import environment
@@ -34,6 +34,7 @@ from .ray_counts import (
 from .ray_differential import track_bounce, track_eye, track_hit
 from .sampling import branch_key, pixel_key
 from .shading import local_illumination
+from .shadow_queue import AtOnce, Shadows
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface, make_surface, spawn_origin
 from .tree_hooks import tell_background, tell_child, tell_eye, tell_local, tell_push, tell_ray, tell_surface
@@ -50,6 +51,17 @@ from .vector import max_component, reflect, refract, refraction_discriminant
 from .visibility import is_held_out, is_seen
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+@wp.struct
+class EyePath:
+    """How far an eye ray has come, over what it passed straight through."""
+
+    reach: wp.float32
+    """Farthest distance that it sees."""
+    travelled: wp.float32
+    alpha: wp.float32
+    """Share of the pixel that what it met covers."""
 
 
 @wp.func
@@ -159,6 +171,7 @@ def child_task(
     child.origin = spawn_origin(scene, surface, direction)
     child.offset = child.origin - surface.position
     child.direction = direction
+    child.reach = wp.inf
     child.coefficient = wp.cw_mul(parent.coefficient, coefficient)
     child.weight = parent.weight * max_component(coefficient)
     child.depth = parent.depth + 1
@@ -217,14 +230,136 @@ def push_children(
     return top
 
 
+@per_type
+def eye_task(
+    scene: wp.ref[SceneData], frame: wp.ref[FrameData], ray: wp.ref[EyeRay], key: wp.uint32, features: Features
+) -> RayTask:
+    """Return the task of an eye ray; ``key`` scrambles the samples of its pixel."""
+    eye = RayTask()
+    eye.origin = ray.origin
+    eye.direction = ray.direction
+    eye.reach = ray.reach
+    eye.coefficient = wp.vec3(1.0, 1.0, 1.0)
+    eye.weight = 1.0
+    eye.depth = 1
+    eye.key = key
+    eye.from_instance = -1
+    eye.sender = -1
+    eye.leaked = NO_LEAK
+    track_eye(scene, frame, eye, features)
+    return eye
+
+
+@observed
+def visit_node(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    task: wp.ref[RayTask],
+    hit: wp.ref[Hit],
+    tasks: wp.array[RayTask],
+    slot: int,
+    sample: int,
+    eye: wp.ref[EyePath],
+    first: wp.ref[FirstHit],
+    stack: wp.ref[Stack],
+    shadows: Shadows,
+    counts: wp.array[wp.int64],
+    features: Features,
+    observer: Observer,
+):
+    """Return (what a node of the tree adds before its coefficient, the top of the stack with its children on it).
+
+    Args:
+        scene: Shading data.
+        accel: Hierarchies.
+        frame: Terms of the tree.
+        task: The node's ray. Where only part of a surface is there, its coefficient and weight become that part's.
+        hit: The first surface on its way; becomes that of a light which stands before it.
+        tasks: Stack to which children are pushed.
+        slot: Its top.
+        sample: Number of the eye ray among those of its pixel.
+        eye: Of the tree.
+        first: Where what the eye ray meets first is written.
+        stack: Scratch of the traversal.
+        shadows: When shadow rays are traced.
+        counts: Counter row.
+        features: What the kernel can render.
+        observer: Who is told of the node, its lights and shadows.
+    """
+    nothing = wp.vec3(0.0, 0.0, 0.0)
+    top = int(slot)
+    seen = light_met(scene, frame, task, hit.t, features)
+    if seen.row >= 0:
+        hit.t = seen.distance
+        hit.instance = -1
+    tell_ray(observer, slot, task, hit)
+    if hit.instance < 0:
+        behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender, features)
+        if seen.row >= 0:
+            behind = radiance_of_seen(scene, seen, task, features)
+            behind_alpha = 1.0
+        tell_background(observer, behind)
+        if task.depth == 1:
+            eye.alpha += task.weight * behind_alpha
+        return behind, top
+    correct_hit(scene, hit, task.offset, task.direction)
+    surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
+    track_hit(scene, surface, task, hit.t, features)
+    shading = eval_material(scene, surface, -task.direction, task.leaked, features)
+    if not is_seen(scene, hit.instance, task.depth, features):
+        shading.presence = 0.0
+    tell_surface(observer, scene, surface, shading)
+    holds_out = is_held_out(scene, hit.instance, task.depth, features)
+    if task.depth == 1:
+        eye.travelled += hit.t
+        if not holds_out:
+            eye.alpha += task.weight * shading.presence
+        if first.instance < 0 and shading.presence > 0.0:
+            first.instance = hit.instance
+            first.surface = surface
+            first.distance = eye.travelled
+    if shading.presence < 1.0:
+        if task.passes < PASS_LIMIT:
+            onward = task
+            onward.origin = spawn_origin(scene, surface, task.direction)
+            onward.offset = onward.origin - surface.position
+            if task.depth == 1:
+                onward.reach = eye.reach - eye.travelled
+            onward.coefficient = task.coefficient * (1.0 - shading.presence)
+            onward.weight = task.weight * (1.0 - shading.presence)
+            onward.differential.origin_x = surface.dpdx
+            onward.differential.origin_y = surface.dpdy
+            onward.passes = task.passes + 1
+            onward.key = branch_key(task.key, PASSAGE)
+            onward.from_instance = surface.instance
+            onward.from_triangle = surface.triangle
+            tasks[top] = onward
+            tell_push(observer, top, PASSAGE)
+            top += 1
+            count(counts, PASSED)
+        else:
+            tell_child(observer, PASSAGE, STOPPED_BY_PASSES)
+        if shading.presence <= 0.0:
+            return nothing, top
+        task.coefficient = task.coefficient * shading.presence
+        task.weight = task.weight * shading.presence
+    if holds_out:
+        return nothing, top
+    local = local_illumination(
+        scene, accel, frame, stack, surface, shading, task.depth, task.key, sample, shadows, counts, features, observer
+    )
+    tell_local(observer, local)
+    top = push_children(scene, tasks, top, task, surface, shading, frame, counts, features, observer)
+    return local, top
+
+
 @observed
 def trace_tree(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
     frame: wp.ref[FrameData],
-    origin: wp.vec3,
-    direction: wp.vec3,
-    t_max: float,
+    ray: wp.ref[EyeRay],
     key: wp.uint32,
     sample: int,
     stop: wp.array[int],
@@ -241,11 +376,9 @@ def trace_tree(
         scene: Shading data.
         accel: Hierarchies.
         frame: Terms of the tree.
-        origin: Of the eye ray, world space.
-        direction: Unit.
-        t_max: Farthest distance that the eye ray sees.
+        ray: The eye ray.
         key: Scrambling of its pixel.
-        sample: Number of the eye ray among those of its pixel.
+        sample: Its number among those of the pixel.
         stop: Not 0: the tree ends at its next node, its value being wanted no more.
         tasks: Scratch, at least ``task_capacity`` long.
         stack: Scratch of the traversal.
@@ -256,94 +389,38 @@ def trace_tree(
     """
     first.instance = -1
     first.distance = wp.inf
+    eye = EyePath()
+    eye.reach = ray.reach
+    shadows = AtOnce()
     color = wp.vec3(0.0, 0.0, 0.0)
-    alpha = float(0.0)
-    eye = RayTask()
-    eye.origin = origin
-    eye.direction = direction
-    eye.coefficient = wp.vec3(1.0, 1.0, 1.0)
-    eye.weight = 1.0
-    eye.depth = 1
-    eye.key = key
-    eye.from_instance = -1
-    eye.sender = -1
-    eye.leaked = NO_LEAK
-    track_eye(scene, frame, eye, features)
-    tasks[0] = eye
+    tasks[0] = eye_task(scene, frame, ray, key, features)
     tell_eye(observer)
     count(counts, PRIMARY)
-    travelled = float(0.0)  # by the eye ray, over what it passed straight through
     top = int(1)
     while top > 0 and stop[0] == 0:
-        top -= 1
-        task = tasks[top]
-        reach = t_max - travelled if task.depth == 1 else wp.inf
+        task = tasks[top - 1]
         hit = closest_hit_from(
-            accel, task.origin, task.direction, reach, task.from_instance, task.from_triangle, stack, observer
+            accel, task.origin, task.direction, task.reach, task.from_instance, task.from_triangle, stack, observer
         )
-        seen = light_met(scene, frame, task, hit.t, features)
-        if seen.row >= 0:
-            hit.t = seen.distance
-            hit.instance = -1
-        tell_ray(observer, top, task, hit)
-        if hit.instance < 0:
-            behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender, features)
-            if seen.row >= 0:
-                behind = radiance_of_seen(scene, seen, task, features)
-                behind_alpha = 1.0
-            tell_background(observer, behind)
-            color += wp.cw_mul(task.coefficient, behind)
-            if task.depth == 1:
-                alpha += task.weight * behind_alpha
-            continue
-        correct_hit(scene, hit, task.offset, task.direction)
-        surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
-        track_hit(scene, surface, task, hit.t, features)
-        shading = eval_material(scene, surface, -task.direction, task.leaked, features)
-        if not is_seen(scene, hit.instance, task.depth, features):
-            shading.presence = 0.0
-        tell_surface(observer, scene, surface, shading)
-        holds_out = is_held_out(scene, hit.instance, task.depth, features)
-        if task.depth == 1:
-            travelled += hit.t
-            if not holds_out:
-                alpha += task.weight * shading.presence
-            if first.instance < 0 and shading.presence > 0.0:
-                first.instance = hit.instance
-                first.surface = surface
-                first.distance = travelled
-        if shading.presence < 1.0:
-            if task.passes < PASS_LIMIT:
-                onward = task
-                onward.origin = spawn_origin(scene, surface, task.direction)
-                onward.offset = onward.origin - surface.position
-                onward.coefficient = task.coefficient * (1.0 - shading.presence)
-                onward.weight = task.weight * (1.0 - shading.presence)
-                onward.differential.origin_x = surface.dpdx
-                onward.differential.origin_y = surface.dpdy
-                onward.passes = task.passes + 1
-                onward.key = branch_key(task.key, PASSAGE)
-                onward.from_instance = surface.instance
-                onward.from_triangle = surface.triangle
-                tasks[top] = onward
-                tell_push(observer, top, PASSAGE)
-                top += 1
-                count(counts, PASSED)
-            else:
-                tell_child(observer, PASSAGE, STOPPED_BY_PASSES)
-            if shading.presence <= 0.0:
-                continue
-            task.coefficient = task.coefficient * shading.presence
-            task.weight = task.weight * shading.presence
-        if holds_out:
-            continue
-        local = local_illumination(
-            scene, accel, frame, stack, surface, shading, task.depth, task.key, sample, counts, features, observer
+        value, top = visit_node(
+            scene,
+            accel,
+            frame,
+            task,
+            hit,
+            tasks,
+            top - 1,
+            sample,
+            eye,
+            first,
+            stack,
+            shadows,
+            counts,
+            features,
+            observer,
         )
-        tell_local(observer, local)
-        color += wp.cw_mul(task.coefficient, local)
-        top = push_children(scene, tasks, top, task, surface, shading, frame, counts, features, observer)
-    return wp.vec4(color[0], color[1], color[2], alpha)
+        color += wp.cw_mul(task.coefficient, value)
+    return wp.vec4(color[0], color[1], color[2], eye.alpha)
 
 
 @observed
@@ -366,23 +443,7 @@ def render_pixel(
     eye = make_eye_ray(frame, film.x + column, film.y + row, sample)
     key = pixel_key(film.x + column, film.y + row, frame.seed)
     first = FirstHit()
-    value = trace_tree(
-        scene,
-        accel,
-        frame,
-        eye.origin,
-        eye.direction,
-        eye.reach,
-        key,
-        sample,
-        stop,
-        tasks,
-        stack,
-        counts,
-        first,
-        features,
-        observer,
-    )
+    value = trace_tree(scene, accel, frame, eye, key, sample, stop, tasks, stack, counts, first, features, observer)
     film.color[row, column] = film.color[row, column] + value
     if sample == 0:
         first.distance += eye.near

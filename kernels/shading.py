@@ -6,30 +6,21 @@ import warp as wp
 
 from .albedo import diffuse_albedo
 from .bvh_structs import AccelData, Stack
-from .bvh_traverse import any_hit_from, closest_hit_from
-from .constants import SHADOW_END, SHADOW_LIMIT
+from .constants import SHADOW_END
 from .emission import is_mirrored
 from .environment import dome_irradiance
 from .features import Features, PlainScene
-from .material import (
-    MODEL_PREVIEW,
-    MODEL_WHITTED,
-    NO_LEAK,
-    Shading,
-    eval_material,
-    eval_response,
-    unmirrored_scales,
-)
+from .material import MODEL_PREVIEW, Shading, eval_response, unmirrored_scales
 from .observer import Observer, Unobserved, observed
+from .per_type import per_type
 from .ray_counts import count_shadow
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
 from .sampling import branch_key, sequence_point, shuffle_index
-from .structs import DomeData, FrameData, LightData, SceneData, ShadowData
-from .surface import Surface, make_surface, spawn_origin
+from .shadow_queue import Shadows, add_term, begin_local, begin_sum, cast_shadow
+from .structs import DomeData, FrameData, LightData, SceneData
+from .surface import Surface
 from .tree_hooks import (
-    tell_blocked,
-    tell_crossing,
     tell_dark_light,
     tell_dome,
     tell_light,
@@ -40,143 +31,11 @@ from .tree_hooks import (
     tell_shadow_ray,
 )
 from .vector import max_component, max_magnitude
-from .visibility import CASTS_SHADOW, holds, is_present
+from .visibility import holds
 from .whole_light import whole_light
 
-SHADOW_OPAQUE = wp.constant(0)
-SHADOW_AUTO = wp.constant(1)
-SHADOW_TRANSMIT = wp.constant(2)
 LIGHT_BRANCH = wp.constant(8)
 """First number of the branches that are lights: those below are the kinds of rays."""
-
-
-@wp.func
-def casts_shadow(scene: wp.ref[SceneData], casters: int, instance: int) -> bool:
-    """Return whether an instance casts shadows, for a light of whose casters ``casters`` is the first word."""
-    if scene.has_hidden != 0:  # Warp's ``and`` computes both of its sides
-        if not is_present(scene, instance, CASTS_SHADOW):
-            return False
-    return holds(scene.links, casters, instance)
-
-
-@wp.func
-def shadow_strength(shadow: ShadowData, distance: float) -> float:
-    """Return how much of what something takes from the light counts, at its distance from the shadowed surface."""
-    if shadow.falloff <= 0.0 or distance <= shadow.distance - shadow.falloff:
-        return 1.0
-    return wp.pow(wp.clamp((shadow.distance - distance) / shadow.falloff, 0.0, 1.0), shadow.falloff_gamma)
-
-
-@wp.func
-def shadow_color(scene: wp.ref[SceneData], shadow: int, visible: wp.vec3) -> wp.vec3:
-    """Return the share of a light that arrives, with the shadow's colour in place of what does not."""
-    if shadow < 0:
-        return visible
-    return visible + wp.cw_mul(scene.shadows[shadow].color, wp.vec3(1.0, 1.0, 1.0) - visible)
-
-
-@observed
-def opaque_shadow(
-    scene: wp.ref[SceneData],
-    accel: wp.ref[AccelData],
-    stack: wp.ref[Stack],
-    surface: wp.ref[Surface],
-    direction: wp.vec3,
-    distance: float,
-    observer: Observer,
-) -> wp.vec3:
-    """Return 0 where anything is on the way to a light, else 1."""
-    origin = spawn_origin(scene, surface, direction)
-    if any_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer):
-        tell_blocked(observer, scene, accel, origin, direction, distance, surface, stack)
-        return wp.vec3(0.0, 0.0, 0.0)
-    return wp.vec3(1.0, 1.0, 1.0)
-
-
-@observed
-def shadow_ray(
-    scene: wp.ref[SceneData],
-    accel: wp.ref[AccelData],
-    mode: int,
-    shadow: int,
-    stack: wp.ref[Stack],
-    surface: wp.ref[Surface],
-    direction: wp.vec3,
-    distance: float,
-    features: Features,
-    observer: Observer,
-) -> wp.vec3:
-    """Return the share of a light that arrives, per channel: the lecture's S.
-
-    Opaque: any hit on the way gives 0. Transmit: the product of Kt over the surfaces crossed in a straight line. Auto:
-    the first for WhittedSurface, the second for UsdPreviewSurface. What is missing of a surface (its presence below 1)
-    lets light through in both of these.
-
-    A row of ``SceneData.shadows`` changes that: what it does not name is crossed as if it were not there, what stands
-    beyond its distance too; within the falloff zone at the end of it, what a surface takes away is taken by a strength
-    that falls from 1 to 0, to the power of gamma; and what has been taken comes back times the shadow's colour.
-
-    Reference: UsdLux ShadowAPI.
-    """
-    one = wp.vec3(1.0, 1.0, 1.0)
-    zero = wp.vec3(0.0, 0.0, 0.0)
-    if mode == SHADOW_OPAQUE and shadow < 0 and scene.has_hidden == 0:
-        return opaque_shadow(scene, accel, stack, surface, direction, distance, observer)
-    origin = spawn_origin(scene, surface, direction)
-    result = one
-    faded = zero
-    remaining = float(distance)
-    casters = int(-1)
-    if shadow >= 0:
-        remaining = wp.min(remaining, scene.shadows[shadow].distance)
-        casters = scene.shadows[shadow].casters
-    end = remaining
-    instance = surface.instance
-    triangle = surface.triangle
-    for _crossing in range(wp.int32(SHADOW_LIMIT)):
-        hit = closest_hit_from(accel, origin, direction, remaining, instance, triangle, stack, observer)
-        if hit.instance < 0:
-            return shadow_color(scene, shadow, result + faded)
-        crossed = make_surface(scene, hit, origin, direction)
-        remaining -= hit.t
-        factor = one
-        if casts_shadow(scene, casters, hit.instance):
-            factor = zero
-            if mode != SHADOW_OPAQUE:
-                shading = eval_material(scene, crossed, -direction, NO_LEAK, features)
-                kt = shading.kt * shading.presence
-                if mode == SHADOW_AUTO and shading.model == MODEL_WHITTED:
-                    kt = zero
-                factor = kt + one * (1.0 - shading.presence)
-        kept = float(0.0)
-        if shadow >= 0:
-            kept = 1.0 - shadow_strength(scene.shadows[shadow], end - remaining)
-            faded += wp.cw_mul(result, one - factor) * kept
-        tell_crossing(observer, scene, crossed, hit.t, factor + (one - factor) * kept)
-        result = wp.cw_mul(result, factor)
-        if max_component(result) <= 0.0:
-            return shadow_color(scene, shadow, faded)
-        origin = spawn_origin(scene, crossed, direction)
-        instance = hit.instance
-        triangle = hit.triangle
-    return zero
-
-
-@wp.func
-def shadow_ray(
-    scene: wp.ref[SceneData],
-    accel: wp.ref[AccelData],
-    mode: int,
-    shadow: int,
-    stack: wp.ref[Stack],
-    surface: wp.ref[Surface],
-    direction: wp.vec3,
-    distance: float,
-    features: wp.ref[PlainScene],
-    observer: wp.ref[Unobserved],
-) -> wp.vec3:
-    """Return it: all or nothing."""
-    return opaque_shadow(scene, accel, stack, surface, direction, distance, observer)
 
 
 @observed
@@ -191,6 +50,7 @@ def sampled_illumination(
     depth: int,
     key: wp.uint32,
     sample: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: Features,
     observer: Observer,
@@ -205,6 +65,7 @@ def sampled_illumination(
         return result
     own_key = branch_key(key, emitter.row + LIGHT_BRANCH)
     tell_samples(observer)
+    begin_sum(shadows)
     for k in range(frame.light_samples):
         index = shuffle_index(wp.uint32(sample * frame.light_samples + k), own_key)
         s = sample_emitter(scene, shading, surface.position, emitter, sequence_point(index, own_key))
@@ -214,13 +75,15 @@ def sampled_illumination(
                 count_shadow(counts, depth)
                 tell_shadow_ray(observer)
                 reach = s.distance * SHADOW_END
-                mode = frame.shadow_mode
-                shadow = emitter.shadow
-                visible = shadow_ray(scene, accel, mode, shadow, stack, surface, s.wi, reach, features, observer)
+                row, shadow = emitter.row, emitter.shadow
+                visible = cast_shadow(
+                    scene, accel, frame, stack, surface, row, shadow, s.wi, reach, shadows, features, observer
+                )
             light_color = s.irradiance * (1.0 / (wp.pi * float(frame.light_samples)))
             tell_sample(observer, emitter, s, shading, light_color)
             if max_component(visible) > 0.0:
-                result += wp.cw_mul(wp.cw_mul(visible, light_color), emitter_response(emitter, shading, s.wi))
+                term = wp.cw_mul(visible, wp.cw_mul(light_color, emitter_response(emitter, shading, s.wi)))
+                result += add_term(scene, accel, frame, term, shadows, features)
     tell_samples_done(observer, emitter, frame.light_samples, shading, result)
     return result
 
@@ -244,6 +107,7 @@ def whole_illumination(
     light: wp.ref[LightData],
     row: int,
     depth: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: Features,
     observer: Observer,
@@ -259,19 +123,17 @@ def whole_illumination(
     if light.casts_shadow != 0:
         count_shadow(counts, depth)
         tell_shadow_ray(observer)
-        mode = frame.shadow_mode
-        reach = arriving.distance
-        visible = shadow_ray(
-            scene, accel, mode, light.shadow, stack, surface, arriving.to_shadow, reach, features, observer
-        )
+        shadow, wi, reach = light.shadow, arriving.to_shadow, arriving.distance
+        visible = cast_shadow(scene, accel, frame, stack, surface, row, shadow, wi, reach, shadows, features, observer)
     light_color = arriving.irradiance * (1.0 / wp.pi)
     scales = wp.vec3(light.diffuse, light.specular, light.specular)
     if is_mirrored(light, frame.lights_visible):
         scales = unmirrored_scales(shading, light.diffuse, light.specular)
     if max_component(visible) > 0.0:
-        term = wp.cw_mul(wp.cw_mul(visible, light_color), eval_response(shading, arriving.wi, scales))
+        term = wp.cw_mul(visible, wp.cw_mul(light_color, eval_response(shading, arriving.wi, scales)))
     tell_light(observer, row, light.casts_shadow, scales, arriving, shading, light_color, visible, term)
-    return term
+    begin_sum(shadows)
+    return add_term(scene, accel, frame, term, shadows, features)
 
 
 @observed
@@ -303,6 +165,7 @@ def light_illumination(
     depth: int,
     key: wp.uint32,
     sample: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: Features,
     observer: Observer,
@@ -314,14 +177,27 @@ def light_illumination(
     if is_sampled(frame, scene.lights[row]):
         emitter = light_at(scene, shading, row, frame.lights_visible)
         return sampled_illumination(
-            scene, accel, frame, stack, surface, shading, emitter, depth, key, sample, counts, features, observer
+            scene,
+            accel,
+            frame,
+            stack,
+            surface,
+            shading,
+            emitter,
+            depth,
+            key,
+            sample,
+            shadows,
+            counts,
+            features,
+            observer,
         )
     return whole_illumination(
-        scene, accel, frame, stack, surface, shading, scene.lights[row], row, depth, counts, features, observer
+        scene, accel, frame, stack, surface, shading, scene.lights[row], row, depth, shadows, counts, features, observer
     )
 
 
-@wp.func
+@per_type
 def light_illumination(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -333,13 +209,14 @@ def light_illumination(
     depth: int,
     key: wp.uint32,
     sample: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: wp.ref[PlainScene],
     observer: wp.ref[Unobserved],
 ) -> wp.vec3:
     """Return it: as a whole."""
     return whole_illumination(
-        scene, accel, frame, stack, surface, shading, scene.lights[row], row, depth, counts, features, observer
+        scene, accel, frame, stack, surface, shading, scene.lights[row], row, depth, shadows, counts, features, observer
     )
 
 
@@ -355,6 +232,7 @@ def add_domes(
     depth: int,
     key: wp.uint32,
     sample: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: Features,
     observer: Observer,
@@ -375,15 +253,18 @@ def add_domes(
                     depth,
                     key,
                     sample,
+                    shadows,
                     counts,
                     features,
                     observer,
                 )
             else:
-                result += whole_dome(scene, shading, scene.domes[k], scene.light_count + k, observer)
+                term = whole_dome(scene, shading, scene.domes[k], scene.light_count + k, observer)
+                begin_sum(shadows)
+                result += add_term(scene, accel, frame, term, shadows, features)
 
 
-@wp.func
+@per_type
 def add_domes(
     result: wp.ref[wp.vec3],
     scene: wp.ref[SceneData],
@@ -395,6 +276,7 @@ def add_domes(
     depth: int,
     key: wp.uint32,
     sample: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: wp.ref[PlainScene],
     observer: wp.ref[Unobserved],
@@ -414,6 +296,7 @@ def local_illumination(
     depth: int,
     key: wp.uint32,
     sample: int,
+    shadows: Shadows,
     counts: wp.array[wp.int64],
     features: Features,
     observer: Observer,
@@ -426,12 +309,14 @@ def local_illumination(
     """
     ambient = wp.cw_mul(shading.ambient, frame.ambient)
     tell_own_light(observer, shading.emission, ambient)
-    result = shading.emission + ambient
+    result = begin_local(shading.emission + ambient, shadows)
     if shading.has_local == 0:
         return result
     for k in range(scene.light_count):
         result += light_illumination(
-            scene, accel, frame, stack, surface, shading, k, depth, key, sample, counts, features, observer
+            scene, accel, frame, stack, surface, shading, k, depth, key, sample, shadows, counts, features, observer
         )
-    add_domes(result, scene, accel, frame, stack, surface, shading, depth, key, sample, counts, features, observer)
+    add_domes(
+        result, scene, accel, frame, stack, surface, shading, depth, key, sample, shadows, counts, features, observer
+    )
     return result

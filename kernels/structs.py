@@ -387,6 +387,8 @@ class RayTask:
     offset: wp.vec3
     """From the point that it leaves to ``origin``."""
     direction: wp.vec3
+    reach: wp.float32
+    """Distance beyond which it sees nothing."""
     coefficient: wp.vec3
     """Product of the coefficients from the eye to here, per channel."""
     weight: wp.float32
@@ -405,6 +407,31 @@ class RayTask:
     """Instances of whose surfaces the ray is on the wrong side, bent there by an interpolated normal; -1: none."""
     differential: RayDifferential
     """Zero in a scene without textures."""
+
+
+@wp.struct
+class ShadowRay:
+    """A shadow ray that waits to be traced, and what it decides about."""
+
+    origin: wp.vec3
+    direction: wp.vec3
+    reach: wp.float32
+    """Distance beyond which nothing casts a shadow; -1: nothing casts one at all."""
+    distance: wp.float32
+    """Of the light."""
+    from_instance: wp.int32
+    """Instance and triangle that the ray starts on."""
+    from_triangle: wp.int32
+    light: wp.int32
+    """Number of the light."""
+    shadow: wp.int32
+    """Row of ``SceneData.shadows``, or -1."""
+    node: wp.int32
+    """Of a tree: the one whose I_local it is part of."""
+    sum: wp.int32
+    """Number of the sum that the term belongs to: those of a light's samples are added up by themselves first."""
+    term: wp.vec3
+    """What the light adds if nothing is in the way."""
 
 
 @wp.struct

@@ -215,7 +215,8 @@ def tell_blocked(
     origin: wp.vec3,
     direction: wp.vec3,
     distance: float,
-    surface: wp.ref[Surface],
+    from_instance: int,
+    from_triangle: int,
     stack: wp.ref[Stack],
 ):
     """Something stands between a surface and a light."""
@@ -230,11 +231,12 @@ def tell_blocked(
     origin: wp.vec3,
     direction: wp.vec3,
     distance: float,
-    surface: wp.ref[Surface],
+    from_instance: int,
+    from_triangle: int,
     stack: wp.ref[Stack],
 ):
     """Find out what: of all that a shadow ray may have met first, what stands nearest to the surface."""
-    hit = closest_hit_from(accel, origin, direction, distance, surface.instance, surface.triangle, stack, observer)
+    hit = closest_hit_from(accel, origin, direction, distance, from_instance, from_triangle, stack, observer)
     blocker = make_surface(scene, hit, origin, direction)
     tell_crossing(observer, scene, blocker, hit.t, wp.vec3(0.0, 0.0, 0.0))
 

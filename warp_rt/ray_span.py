@@ -34,11 +34,14 @@ def keep_ray_spans(accel: Accel, spans: list[RaySpan]) -> None:
     accel.idle_spans.extend(spans)
 
 
-def _make_ray_span(accel: Accel) -> RaySpan:
+def make_ray_group(accel: Accel) -> RayGroup:
+    """Return the memory of a group of rays and of its way through a hierarchy; valid as long as it lives."""
     group = RayGroup()
     group.rays = _empty(2 * GROUP_FLOATS, float)
     group.ends, group.u, group.v = (_empty(GROUP, float) for _ in range(3))
     group.words, group.records = _empty(GROUP, int), _empty(GROUP, int)
+    group.senders = wp.full(GROUP, -1, dtype=int, device="cpu")  # what the rays of a query start on is not known
+    group.triangles, group.skips = _empty(GROUP, int), _empty(GROUP, int)
     # All children of a node are written at once to a single ray's stack, and then as many count as it meets.
     group.single_stack = Stack()
     group.single_stack.codes = _empty(accel.stack_size + WIDTH, int)
@@ -47,9 +50,13 @@ def _make_ray_span(accel: Accel) -> RaySpan:
     entries = accel.stack_size + _OCTANTS + WIDTH  # the rays in an instance are up to eight parts
     group.stack.codes, group.stack.rays = _empty(entries, int), _empty(entries, wp.uint32)
     group.stack.distances = _empty(entries, float)
+    return group
+
+
+def _make_ray_span(accel: Accel) -> RaySpan:
     span = RaySpan()
     span.order, span.sizes = _empty(9 * GROUP_SPAN, int), _empty(9, int)
-    span.group = group
+    span.group = make_ray_group(accel)
     span.flights = _make_flights(accel)
     return span
 

@@ -33,7 +33,17 @@ from warp_rt.film_camera import (
 )
 from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
-from warp_rt.kernels import ray_counts, ray_tree, record_tree, render_costs, render_plain, structs
+from warp_rt.kernels import (
+    ray_counts,
+    ray_tree,
+    record_tree,
+    render_costs,
+    render_plain,
+    render_together,
+    render_together_plain,
+    structs,
+    tile_trees,
+)
 from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
@@ -42,18 +52,37 @@ from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.plain import is_plain
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Light, Scene
+from warp_rt.tile_scratch import make_tile_trees
 from warp_rt.tree.ray_tree import RayTree
 from warp_rt.tree_recording import Records, make_roots, record
 from warp_rt.warp_setup import init_warp, resolve_device
 from warp_rt.workers import default_thread_count
 
-Scratch = tuple[wp.array, Any, wp.array]
-"""Ray tasks, traversal stacks and counters of one worker."""
+
+@dataclasses.dataclass(frozen=True)
+class Scratch:
+    """What one worker's launches need."""
+
+    arguments: list[Any]
+    """Of the kernel: scratch memory, and last the counters."""
+    kept: Any = None
+    """What has to live as long."""
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Counters: int64, summed over threads."""
+        return self.arguments[-1].numpy().sum(axis=0, dtype=np.int64)
+
 
 _LOST = 1e-4  # share of a picture below which what shows is thought to be lost in it
 _REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, from which building anew pays
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
-_TILE = 8  # position of ``tile`` among the arguments of ``render_tile``; ``sample`` comes next
+_KERNELS = {
+    (False, False): ray_tree.render_tile,
+    (False, True): render_plain.render_tile_plain,
+    (True, False): render_together.render_tile_together,
+    (True, True): render_together_plain.render_tile_together_plain,
+}  # by whether the trees of a tile's pixels grow together, and whether the scene is plain
 
 
 class Renderer:
@@ -130,15 +159,18 @@ class Renderer:
         return accel if is_good else None
 
     def _load_render_kernel(self, on_compile: Callable[[], None] | None) -> wp.Kernel:
-        """Return the fastest kernel that draws the scene and gives the AOVs that are wanted."""
+        """Return the fastest kernel that draws the scene and gives the AOVs that are wanted.
+
+        On a CPU the trees of a tile's pixels grow together, but where costs are counted, which are those of rays that
+        are traced one by one, and with the triangle tests that are for single rays.
+        """
         if set(self.options.aovs) & set(COSTS):
             load_kernels("render_costs", device=self.device, on_compile=on_compile)
             return render_costs.render_tile_costs
-        if is_plain(self.scene, self.options):
-            load_kernels("render_plain", device=self.device, on_compile=on_compile)
-            return render_plain.render_tile_plain
-        load_kernels("ray_tree", device=self.device, on_compile=on_compile)
-        return ray_tree.render_tile
+        is_together = self.device == "cpu" and self.options.intersector == "watertight"
+        kernel = _KERNELS[is_together, is_plain(self.scene, self.options)]
+        load_kernels(kernel.func.__module__.rpartition(".")[2], device=self.device, on_compile=on_compile)
+        return kernel
 
     @property
     def device_bytes(self) -> int:
@@ -327,7 +359,7 @@ class Renderer:
         def launch(recorder: TreeRecorder) -> None:
             recorders = self._array_of_one(recorder, TreeRecorder)
             for sample in samples:
-                inputs = [*shared, recorders, *scratch, *pixel, sample]
+                inputs = [*shared, recorders, *scratch.arguments, *pixel, sample]
                 wp.launch(record_tree.record_sample, dim=1, inputs=inputs, outputs=[values], device=self.device)
                 deadline.check()
 
@@ -386,7 +418,7 @@ class Renderer:
     def _trace(
         self, shared: list[wp.array], film: Exposure, samples: range, progress: Callable[[float], None] | None
     ) -> np.ndarray:
-        """Launch ``render_tile`` over the whole film; return the sum of the counter rows.
+        """Launch the render kernel over the whole film; return the sum of the counter rows.
 
         Args:
             shared: The kernel's first arguments.
@@ -403,15 +435,21 @@ class Renderer:
 
         # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
         # It does not keep its arguments alive: ``scratches`` does.
-        def record() -> wp.Launch:
-            scratches.append(self._scratch(rows, options.depth or DEFAULT_DEPTH))
-            inputs = [*shared, stop.array, *scratches[-1], wp.vec4i(), 0]
-            return wp.launch(self._kernel, dim=1, inputs=inputs, device=self.device, record_cmd=True)
+        is_together = self._kernel in (_KERNELS[True, False], _KERNELS[True, True])
 
-        def launch(command: wp.Launch, tile: Tile, sample: int) -> None:
-            command.set_dim(tile[2] * tile[3])
-            command.set_param_at_index(_TILE, wp.vec4i(*tile))
-            command.set_param_at_index(_TILE + 1, sample)
+        def record() -> tuple[wp.Launch, int]:
+            depth = options.depth or DEFAULT_DEPTH
+            scratches.append(self._tile_scratch(depth) if is_together else self._scratch(rows, depth))
+            inputs = [*shared, stop.array, *scratches[-1].arguments]
+            following = [wp.vec4i(), 0]
+            command = wp.launch(self._kernel, dim=1, inputs=[*inputs, *following], device=self.device, record_cmd=True)
+            return command, len(inputs)
+
+        def launch(recorded: tuple[wp.Launch, int], tile: Tile, sample: int) -> None:
+            command, first = recorded
+            command.set_dim(1 if is_together else tile[2] * tile[3])
+            command.set_param_at_index(first, wp.vec4i(*tile))
+            command.set_param_at_index(first + 1, sample)
             command.launch()
 
         if is_cpu:
@@ -435,16 +473,23 @@ class Renderer:
                 deadline=deadline,
                 progress=progress,
             )
-        return np.sum([counts.numpy().sum(axis=0, dtype=np.int64) for _, _, counts in scratches], axis=0)
+        return np.sum([scratch.counts for scratch in scratches], axis=0)
 
     def _scratch(self, rows: int, depth: int) -> Scratch:
-        """Return the memory that one worker's launches need: ray tasks, traversal stacks, counters."""
+        """Return ray tasks, traversal stacks and counters, for trees that are walked ray by ray."""
         capacity = ray_tree.task_capacity(depth, int(PASS_LIMIT))
         tasks = wp.empty(shape=(rows, capacity), dtype=structs.RayTask, device=self.device)
+        return Scratch([tasks, make_stacks(self.accel, rows), self._counters(depth)])
+
+    def _tile_scratch(self, depth: int) -> Scratch:
+        """Return the trees that grow together, and counters."""
+        trees = make_tile_trees(self.accel, depth)
+        return Scratch([self._array_of_one(trees, tile_trees.TileTrees), self._counters(depth)], kept=trees)
+
+    def _counters(self, depth: int) -> wp.array:
         elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * depth
-        counter_rows = 1 if self.device == "cpu" else _CUDA_COUNTER_ROWS
-        counts = wp.zeros(shape=(counter_rows, elements), dtype=wp.int64, device=self.device)
-        return tasks, make_stacks(self.accel, rows), counts
+        rows = 1 if self.device == "cpu" else _CUDA_COUNTER_ROWS
+        return wp.zeros(shape=(rows, elements), dtype=wp.int64, device=self.device)
 
     @property
     def _depth(self) -> int:

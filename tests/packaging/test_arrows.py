@@ -48,6 +48,7 @@ PARTS = {
             "accel",
             "queries",
             "ray_span",
+            "tile_scratch",
             "ray_order",
         ),
         *("adaptive", "dome", "light_tables", "device_lights", "specular_albedo", "device_scene", "constant_inputs"),

@@ -29,6 +29,9 @@ FILES = [
 ]
 KERNEL_FILES = [file for file in FILES if kernels_of(file)]
 
+# Nobody launches these on a GPU, where each pixel's tree is walked by the same functions; half a minute each.
+FOR_CPUS = {"render_together", "render_together_plain"}
+
 
 def test_kernels_were_found() -> None:
     names = {file.__name__.rsplit(".", 1)[1] for file in KERNEL_FILES}
@@ -36,7 +39,14 @@ def test_kernels_were_found() -> None:
 
 
 @pytest.mark.parametrize("arch", [80, 90])
-@pytest.mark.parametrize("file", KERNEL_FILES, ids=lambda file: file.__name__)
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, marks=[pytest.mark.heavy] if file.__name__.rsplit(".", 1)[1] in FOR_CPUS else [])
+        for file in KERNEL_FILES
+    ],
+    ids=lambda file: file.__name__,
+)
 def test_file_compiles_to_ptx(file: ModuleType, arch: int, tmp_path: Path) -> None:
     wp.compile_aot_module(file, arch=arch, module_dir=tmp_path, use_ptx=True)
     text = "".join(path.read_text() for path in tmp_path.glob("*.ptx"))

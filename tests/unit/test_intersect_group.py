@@ -16,12 +16,13 @@ from warp_rt.kernels.constants import (
     GROUP_FLOATS,
     GROUP_SPAN,
     LEAF_FLOATS,
+    NO_TRIANGLE,
     WIDTH,
 )
 from warp_rt.kernels.gather_rays import load_group, load_group_plain
 from warp_rt.kernels.group_stack import GroupStack, push_children_group, push_children_group_plain
 from warp_rt.kernels.group_stack_each import push_children_of_each, push_children_of_each_plain
-from warp_rt.kernels.intersect_group import meet_triangles, meet_triangles_plain
+from warp_rt.kernels.intersect_group import meet_triangles, meet_triangles_plain, set_skips, set_skips_plain
 from warp_rt.kernels.ray_group import (
     bound_group,
     bound_group_plain,
@@ -131,15 +132,20 @@ def compare_triangles(
     leaves: wp.array[float],
     groups: wp.array2d[float],
     rays: wp.array[wp.uint32],
+    senders: wp.array2d[int],
+    triangles: wp.array2d[int],
+    skips_out: wp.array3d[int],
     hits_out: wp.array2d[wp.uint32],
     tuv_out: wp.array4d[float],
     words_out: wp.array3d[int],
 ):
     i = wp.tid()
-    t, u, v = tuv_out[0, i, 0], tuv_out[0, i, 1], tuv_out[0, i, 2]
-    hits_out[0, i] = meet_triangles(leaves, i, groups[i], 0, rays[i], t, u, v, words_out[0, i])
-    t, u, v = tuv_out[1, i, 0], tuv_out[1, i, 1], tuv_out[1, i, 2]
-    hits_out[1, i] = meet_triangles_plain(leaves, i, groups[i], 0, rays[i], t, u, v, words_out[1, i])
+    t, u, v, words, skips = tuv_out[0, i, 0], tuv_out[0, i, 1], tuv_out[0, i, 2], words_out[0, i], skips_out[0, i]
+    set_skips(senders[i], triangles[i], 1, skips)
+    hits_out[0, i] = meet_triangles(leaves, i, groups[i], 0, rays[i], skips, t, u, v, words)
+    t, u, v, words, skips = tuv_out[1, i, 0], tuv_out[1, i, 1], tuv_out[1, i, 2], words_out[1, i], skips_out[1, i]
+    set_skips_plain(senders[i], triangles[i], 1, skips)
+    hits_out[1, i] = meet_triangles_plain(leaves, i, groups[i], 0, rays[i], skips, t, u, v, words)
 
 
 @wp.kernel
@@ -350,14 +356,19 @@ def test_triangles(device: str) -> None:
     leaves[:, : 9 * WIDTH] = (center + rng.normal(size=(COUNT, 3, 3, WIDTH))).reshape(COUNT, -1)
     empty = np.arange(WIDTH) >= rng.integers(1, WIDTH + 1, (COUNT, 1))
     leaves[:, : 9 * WIDTH][np.tile(empty, (1, 9))] = np.nan
+    leaves.view(np.int32)[:, 9 * WIDTH :] = np.where(empty, -1, np.arange(WIDTH))
     sets = random_sets(rng, counts)
+    senders, triangles = rng.integers(-1, 2, (COUNT, GROUP)), rng.integers(0, WIDTH, (COUNT, GROUP))
     tuv = np.zeros((2, COUNT, 3, GROUP), np.float32)
     tuv[:, :, 0] = ends.numpy()
-    hits, tuv, words = launch(
+    arrays = [wp.array(leaves.reshape(-1), dtype=float, device=device), groups, wp.array(sets, device=device)]
+    arrays += [wp.array(values, dtype=int, device=device) for values in (senders, triangles)]
+    skips, hits, tuv, words = launch(
         compare_triangles,
         COUNT,
-        [wp.array(leaves.reshape(-1), dtype=float, device=device), groups, wp.array(sets, device=device)],
+        arrays,
         [
+            wp.zeros((2, COUNT, GROUP), dtype=int, device=device),
             wp.zeros((2, COUNT), dtype=wp.uint32, device=device),
             wp.array(tuv, dtype=float, device=device),
             wp.zeros((2, COUNT, GROUP), dtype=int, device=device),
@@ -367,7 +378,12 @@ def test_triangles(device: str) -> None:
     np.testing.assert_array_equal(hits[0], hits[1])
     np.testing.assert_array_equal(tuv[0], tuv[1])
     np.testing.assert_array_equal(words[0], words[1])
+    np.testing.assert_array_equal(skips, np.broadcast_to(np.where(senders == 1, triangles, NO_TRIANGLE), skips.shape))
     assert not (hits[0] & ~sets).any()
+    is_hit = (hits[0][:, None] >> np.arange(GROUP) & 1).astype(bool)
+    met = words[0] - LEAF_FLOATS * np.arange(COUNT)[:, None] - 9 * WIDTH
+    assert not (is_hit & (met == skips[0])).any()
+    assert (is_hit & (met == triangles) & (senders != 1)).any()
     share = np.bitwise_count(hits[0]).sum() / np.bitwise_count(sets).sum()
     assert 0.1 < share < 0.9
 

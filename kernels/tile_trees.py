@@ -1,0 +1,396 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The ray trees of a tile's pixels, grown together on a CPU, so that their rays go through the hierarchy in groups.
+
+The trees grow level by level. The rays of a level are listed by octant and by the instance that sent them, traced 32 at
+a time, and what they meet is shaded right away; shadow rays wait in a queue. All nodes are kept until everything is
+known, and each pixel then adds up its tree in the order in which ``trace_tree`` walks it: the picture is the same, to
+the last bit. Nodes that find no room wait until then, and their branches are walked.
+"""
+
+import warp as wp
+
+from .aov import FirstHit, write_aovs
+from .bvh_group import RayGroup, trace_group
+from .bvh_structs import AccelData, Hit
+from .camera import make_eye_ray
+from .constants import GROUP, TILE_PIXELS, TRIANGLES
+from .features import Features
+from .list_rays import gather_tasks, list_tasks
+from .observer import Unobserved
+from .per_type import per_type
+from .ray_counts import PRIMARY, count
+from .ray_tree import EyePath, eye_task, visit_node
+from .sampling import pixel_key
+from .shadow_queue import ShadowQueue, close_sum, open_queue, settle
+from .structs import FilmData, FrameData, RayTask, SceneData
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+CELL_WIDTH = wp.constant(8)
+"""Pixels are numbered cell by cell, so that those of a group are neighbours."""
+
+CELL_HEIGHT = wp.constant(4)
+
+CHILDREN = wp.constant(3)
+"""At most, of a node: its pass-through, its refraction and its reflection."""
+
+
+@wp.struct
+class TreeNode:
+    """Where a node of a tree stands."""
+
+    pixel: wp.int32
+    """Root of its tree."""
+    children: wp.int32
+    """First of its children; -1: it has found no room for them, and waits."""
+    end: wp.int32
+    """Behind the last of them."""
+
+
+@wp.struct
+class TilePixel:
+    """A pixel whose tree grows."""
+
+    eye: EyePath
+    near: wp.float32
+    """As in ``EyeRay``; so too ``cosine``."""
+    cosine: wp.float32
+    row: wp.int32
+    column: wp.int32
+    has_met: wp.int32
+    """1 once its eye ray has met something."""
+
+
+@wp.struct
+class TileTrees:
+    """Trees that grow together, and scratch memory for it: one a worker."""
+
+    pixels: wp.array[TilePixel]
+    """shape [TILE_PIXELS]"""
+    size: wp.int32
+    """Pixels whose trees may grow together: fewer where there was no room for all of their nodes."""
+    tasks: wp.array[RayTask]
+    """The nodes' rays: eye rays, then level by level, the children of a node side by side."""
+    nodes: wp.array[TreeNode]
+    """As many."""
+    shadows: ShadowQueue
+    """Its values are those of the nodes, and of one more: the one that is walked."""
+    keys: wp.array[wp.int32]
+    """As for ``list_tasks``; so are the next two."""
+    order: wp.array[wp.int32]
+    ends: wp.array[wp.int32]
+    group: RayGroup
+    walk: wp.array[RayTask]
+    """A task stack, ``task_capacity`` long."""
+    path: wp.array[wp.int32]
+    """A stack of nodes, as long."""
+
+
+@wp.func
+def group_hit(accel: wp.ref[AccelData], group: wp.ref[RayGroup], index: int, reach: float) -> Hit:
+    """Return the closest hit of a ray of a group, as ``traverse`` does."""
+    hit = Hit()
+    hit.t = reach
+    hit.triangle = -1
+    hit.instance = -1
+    word = group.words[index]
+    if word >= 0:
+        hit.t = group.ends[index]
+        hit.u = group.u[index]
+        hit.v = group.v[index]
+        record = group.records[index]
+        hit.instance = accel.instances[record].instance
+        if int(accel.instances[record].kind) == TRIANGLES:
+            hit.triangle = wp.cast(accel.leaves[word], wp.int32)
+        else:
+            hit.triangle = wp.cast(accel.shapes[word], wp.int32)
+    return hit
+
+
+@per_type
+def plant_trees(
+    scene: wp.ref[SceneData],
+    frame: wp.ref[FrameData],
+    film: wp.ref[FilmData],
+    trees: wp.ref[TileTrees],
+    tile: wp.vec4i,
+    begin: int,
+    end: int,
+    sample: int,
+    counts: wp.array[wp.int64],
+    features: Features,
+) -> int:
+    """Write the eye rays of a tile's pixels ``begin`` to ``end``, and return how many there are.
+
+    Cells at the tile's right and lower edge stick out: numbers beyond it have no pixel.
+    """
+    cells = (tile[2] + CELL_WIDTH - 1) // CELL_WIDTH
+    planted = int(0)
+    for position in range(begin, end):
+        cell = position // (CELL_WIDTH * CELL_HEIGHT)
+        x = CELL_WIDTH * (cell % cells) + position % CELL_WIDTH
+        y = CELL_HEIGHT * (cell // cells) + (position // CELL_WIDTH) % CELL_HEIGHT
+        if x < tile[2] and y < tile[3]:
+            pixel = TilePixel()
+            pixel.column = tile[0] + x
+            pixel.row = tile[1] + y
+            ray = make_eye_ray(frame, film.x + pixel.column, film.y + pixel.row, sample)
+            pixel.eye.reach = ray.reach
+            pixel.near = ray.near
+            pixel.cosine = ray.cosine
+            key = pixel_key(film.x + pixel.column, film.y + pixel.row, frame.seed)
+            trees.pixels[planted] = pixel
+            trees.tasks[planted] = eye_task(scene, frame, ray, key, features)
+            trees.nodes[planted].pixel = planted
+            count(counts, PRIMARY)
+            planted += 1
+    return planted
+
+
+@wp.func
+def note_first_hit(
+    scene: wp.ref[SceneData],
+    film: wp.ref[FilmData],
+    pixel: wp.ref[TilePixel],
+    first: wp.ref[FirstHit],
+    sample: int,
+):
+    """Write the AOVs of a pixel, unless that was done, from what its eye ray has met; and forget that."""
+    if pixel.has_met == 0 and sample == 0:
+        first.distance += pixel.near
+        write_aovs(scene, film, pixel.row, pixel.column, first, pixel.cosine)
+    pixel.has_met = 1
+    first.instance = -1
+
+
+@wp.func
+def trace_tasks(
+    accel: wp.ref[AccelData],
+    group: wp.ref[RayGroup],
+    tasks: wp.array[RayTask],
+    order: wp.array[int],
+    start: int,
+    size: int,
+):
+    """Find the closest hits of ``size`` tasks of one octant, listed in ``order`` from ``start`` on."""
+    gather_tasks(tasks, order, start, size, group.rays, group.ends, group.senders, group.triangles)
+    trace_group(accel, group, size, False)
+
+
+@per_type
+def grow_level(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    film: wp.ref[FilmData],
+    trees: wp.ref[TileTrees],
+    begin: int,
+    end: int,
+    sample: int,
+    stop: wp.array[int],
+    first: wp.ref[FirstHit],
+    counts: wp.array[wp.int64],
+    features: Features,
+) -> int:
+    """Trace and shade the rays ``begin`` to ``end`` of a level; return where the next level, which follows, ends."""
+    nobody = Unobserved()
+    top = int(end)
+    list_tasks(trees.tasks, begin, end - begin, trees.keys, trees.order, trees.ends)
+    start = int(0)
+    for octant in range(wp.int32(9)):
+        while start < trees.ends[octant]:
+            size = wp.min(GROUP, trees.ends[octant] - start)
+            if octant < 8:
+                trace_tasks(accel, trees.group, trees.tasks, trees.order, start, size)
+            for index in range(size):
+                node = trees.order[start + index]
+                trees.nodes[node].children = -1
+                if top + CHILDREN <= trees.tasks.shape[0] and stop[0] == 0:
+                    if octant == 8:
+                        trees.group.words[index] = -1
+                    hit = group_hit(accel, trees.group, index, trees.tasks[node].reach)
+                    root = trees.nodes[node].pixel
+                    trees.shadows.node = node
+                    trees.shadows.values[node] = wp.vec3(0.0, 0.0, 0.0)
+                    value, after = visit_node(
+                        scene,
+                        accel,
+                        frame,
+                        trees.tasks[node],
+                        hit,
+                        trees.tasks,
+                        top,
+                        sample,
+                        trees.pixels[root].eye,
+                        first,
+                        trees.shadows.stack,
+                        trees.shadows,
+                        counts,
+                        features,
+                        nobody,
+                    )
+                    trees.shadows.values[node] = trees.shadows.values[node] + value
+                    if first.instance >= 0:
+                        note_first_hit(scene, film, trees.pixels[root], first, sample)
+                    for child in range(top, after):
+                        trees.nodes[child].pixel = root
+                    trees.nodes[node].children = top
+                    trees.nodes[node].end = after
+                    top = after
+            start += size
+    return top
+
+
+@per_type
+def walk_branch(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    trees: wp.ref[TileTrees],
+    node: int,
+    sum: wp.vec3,
+    sample: int,
+    stop: wp.array[int],
+    first: wp.ref[FirstHit],
+    counts: wp.array[wp.int64],
+    features: Features,
+) -> wp.vec3:
+    """Return ``sum`` and what a node that waits and all nodes below it add, walked as ``trace_tree`` does it."""
+    nobody = Unobserved()
+    color = sum
+    root = trees.nodes[node].pixel
+    walked = trees.tasks.shape[0]  # its place among the values of nodes
+    trees.shadows.node = walked
+    trees.walk[0] = trees.tasks[node]
+    top = int(1)
+    while top > 0 and stop[0] == 0:
+        list_tasks(trees.walk, top - 1, 1, trees.keys, trees.order, trees.ends)
+        trees.group.words[0] = -1
+        if trees.ends[7] > 0:
+            trace_tasks(accel, trees.group, trees.walk, trees.order, 0, 1)
+        task = trees.walk[top - 1]
+        hit = group_hit(accel, trees.group, 0, task.reach)
+        trees.shadows.values[walked] = wp.vec3(0.0, 0.0, 0.0)
+        value, top = visit_node(
+            scene,
+            accel,
+            frame,
+            task,
+            hit,
+            trees.walk,
+            top - 1,
+            sample,
+            trees.pixels[root].eye,
+            first,
+            trees.shadows.stack,
+            trees.shadows,
+            counts,
+            features,
+            nobody,
+        )
+        settle(scene, accel, frame, trees.shadows, features)
+        close_sum(trees.shadows)
+        color += wp.cw_mul(task.coefficient, trees.shadows.values[walked] + value)
+    return color
+
+
+@per_type
+def sum_tree(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    trees: wp.ref[TileTrees],
+    root: int,
+    sample: int,
+    stop: wp.array[int],
+    first: wp.ref[FirstHit],
+    counts: wp.array[wp.int64],
+    features: Features,
+) -> wp.vec3:
+    """Return what a pixel's tree brings back: the sum over its nodes, in the order of ``trace_tree``."""
+    color = wp.vec3(0.0, 0.0, 0.0)
+    trees.path[0] = root
+    top = int(1)
+    while top > 0 and stop[0] == 0:
+        top -= 1
+        node = trees.path[top]
+        if trees.nodes[node].children < 0:
+            color = walk_branch(scene, accel, frame, trees, node, color, sample, stop, first, counts, features)
+        else:
+            color += wp.cw_mul(trees.tasks[node].coefficient, trees.shadows.values[node])
+            for child in range(trees.nodes[node].children, trees.nodes[node].end):
+                trees.path[top] = child
+                top += 1
+    return color
+
+
+@per_type
+def render_together(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    film: wp.ref[FilmData],
+    trees: wp.ref[TileTrees],
+    tile: wp.vec4i,
+    begin: int,
+    end: int,
+    sample: int,
+    stop: wp.array[int],
+    counts: wp.array[wp.int64],
+    features: Features,
+) -> int:
+    """Add one sample to the pixels ``begin`` to ``end`` of a tile; return how many nodes have found room."""
+    first = FirstHit()
+    first.instance = -1
+    open_queue(trees.shadows)
+    planted = plant_trees(scene, frame, film, trees, tile, begin, end, sample, counts, features)
+    level = int(0)
+    top = int(planted)
+    while level < top:
+        after = grow_level(scene, accel, frame, film, trees, level, top, sample, stop, first, counts, features)
+        level = top
+        top = after
+    settle(scene, accel, frame, trees.shadows, features)
+    close_sum(trees.shadows)
+    for root in range(planted):
+        color = sum_tree(scene, accel, frame, trees, root, sample, stop, first, counts, features)
+        row = trees.pixels[root].row
+        column = trees.pixels[root].column
+        value = wp.vec4(color[0], color[1], color[2], trees.pixels[root].eye.alpha)
+        film.color[row, column] = film.color[row, column] + value
+        if first.instance < 0:
+            first.distance = wp.inf
+        note_first_hit(scene, film, trees.pixels[root], first, sample)
+    return top
+
+
+@per_type
+def grow_tile(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    film: wp.ref[FilmData],
+    trees: wp.ref[TileTrees],
+    tile: wp.vec4i,
+    sample: int,
+    stop: wp.array[int],
+    counts: wp.array[wp.int64],
+    features: Features,
+):
+    """Add one sample to every pixel of a tile (x, y, width, height; film coordinates).
+
+    Where trees find no room, fewer grow together from the next time on, and more again where there is room to spare.
+    """
+    columns = (tile[2] + CELL_WIDTH - 1) // CELL_WIDTH
+    rows = (tile[3] + CELL_HEIGHT - 1) // CELL_HEIGHT
+    positions = CELL_WIDTH * CELL_HEIGHT * columns * rows
+    begin = int(0)
+    while begin < positions and stop[0] == 0:
+        end = wp.min(begin + trees.size, positions)
+        used = render_together(scene, accel, frame, film, trees, tile, begin, end, sample, stop, counts, features)
+        begin = end
+        if used + CHILDREN > trees.tasks.shape[0]:
+            trees.size = wp.max(trees.size // 2, GROUP)
+        elif 4 * used < trees.tasks.shape[0]:
+            trees.size = wp.min(2 * trees.size, TILE_PIXELS)
