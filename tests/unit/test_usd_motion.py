@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
+from warp_rt import Renderer, RenderOptions
+from warp_rt.scene import Camera
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.motion import carries, moves
 
@@ -170,3 +172,61 @@ def test_an_instancer_is_that_of_the_sample_that_the_frame_begins_with() -> None
     matrices = load_stage(made, time=0.5, base_time=1.0).instances.world_from_local
     np.testing.assert_allclose(np.sort(matrices[:, 0, 3]), [-0.5, 4.5])
     assert len(load_stage(made, time=0.5).instances) == 1
+
+
+HERE, THERE = (f"[(0, 0, {z}), (1, 1, {z}), (2, 0, {z}), (3, 1, {z})]" for z in (0, 4))
+SPEEDS, RATES = (f"[(0, 0, {z}), (0, 0, {z}), (0, 0, {z}), (0, 0, {z})]" for z in (10, 40))  # a second
+CURVES = {
+    "BasisCurves": "",
+    "NurbsCurves": "int[] order = [4]\ndouble[] knots = [0, 0, 0, 0, 1, 1, 1, 1]\ndouble2[] ranges = [(0, 1)]",
+    "HermiteCurves": "vector3f[] tangents = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (1, 0, 0)]",
+}
+MOTIONS = {
+    "velocities": (f"point3f[] points.timeSamples = {{ 0: {HERE} }}", lambda t: t),
+    "accelerations": (f"point3f[] points.timeSamples = {{ 0: {HERE} }}", lambda t: t + 0.2 * t * t),
+    "samples": (f"point3f[] points.timeSamples = {{ 0: {HERE}, 2: {THERE} }}", lambda t: 2 * min(t, 2)),
+}
+
+
+@pytest.mark.parametrize("kind", CURVES)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_curves_of_all_kinds_move(kind: str, motion: str) -> None:
+    """By p + v t + a t^2 / 2, t in seconds, which are 10 time codes; between samples, linearly."""
+    points, height = MOTIONS[motion]
+    if motion != "samples":
+        points += f"\nvector3f[] velocities.timeSamples = {{ 0: {SPEEDS} }}"
+    if motion == "accelerations":
+        points += f"\nvector3f[] accelerations.timeSamples = {{ 0: {RATES} }}"
+    common = f'int[] curveVertexCounts = [4]\nfloat[] widths = [0.1] (interpolation = "constant")\n{CURVES[kind]}'
+    made = stage(f'def {kind} "c" {{\n{common}\n{points}\n}}')
+    still = load_stage(made, time=0.0).meshes[0].points
+    for time in (0.5, 1.0, 2.5):
+        moved = load_stage(made, time=time).meshes[0].points
+        np.testing.assert_allclose(moved[..., :2], still[..., :2], atol=1e-6)
+        np.testing.assert_allclose(moved[..., 2], height(time), rtol=1e-5)
+    within = load_stage(made, time=1.5, base_time=1.0).meshes[0].points  # a moment of the frame's shutter
+    np.testing.assert_allclose(within[..., 2], height(1.5), rtol=1e-5)
+
+
+@pytest.mark.parametrize("kind", CURVES)
+def test_refitted_curves_are_those_that_are_built_anew(kind: str) -> None:
+    points = f"point3f[] points.timeSamples = {{ 0: {HERE}, 2: {THERE} }}"
+    common = f'int[] curveVertexCounts = [4]\nfloat[] widths = [0.5] (interpolation = "constant")\n{CURVES[kind]}'
+    made = stage(f'def {kind} "c" {{\n{common}\n{points}\n}}')
+    first, second = (load_stage(made, time=time) for time in (0.0, 2.0))
+    camera = Camera("/c", look_down(), window=(-3.0, 3.0, -3.0, 3.0), is_perspective=False)
+    options = RenderOptions(width=24, height=24, aovs=("color", "depth"))
+    before = Renderer(first, options)
+    refitted, anew = (Renderer(second, options, previous=previous).render(camera=camera) for previous in (before, None))
+    np.testing.assert_array_equal(refitted.aovs["depth"], anew.aovs["depth"])
+    np.testing.assert_array_equal(refitted.color, anew.color)
+    hit = np.isfinite(anew.aovs["depth"])
+    assert hit.sum() > 20
+    # The eye is at 10, the curve at 4, and its radius 0.25.
+    assert 5.75 - 1e-3 < anew.aovs["depth"][hit].min() < 5.77
+
+
+def look_down() -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = (1.5, 0.5, 10.0)
+    return matrix
