@@ -313,6 +313,12 @@ OUTLINE_EDGES = wp.constant(32)
 WIDE_EDGE = wp.constant(0.1)
 """Squared sine of half the angle that an edge covers up to which a series of four terms holds, within 1e-6."""
 
+NARROW_CONE = wp.constant(0.25)
+"""Solid angle of a light's cone, by that of the light as seen, up to which the cone is sampled, too."""
+
+CONE_SHARE = wp.constant(0.5)
+"""Part of a light's samples that then goes into the cone."""
+
 LIGHT_CELLS = wp.constant(8)
 """Cells each way that a light whose radiance varies is cut into where it counts as a whole; even."""
 

@@ -19,7 +19,7 @@ from .light_direction import LightDirection
 from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong, unmirrored_scales
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
-from .sample_light import meet_extent, sample_extent
+from .sample_light import meet_shaped, sample_shaped
 from .sample_mesh import sample_mesh
 from .structs import SceneData
 from .vector import fresnel_schlick, max_component
@@ -129,7 +129,7 @@ def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, 
     if row < scene.light_count:
         if scene.lights[row].kind == KIND_MESH:
             return sample_mesh(scene, scene.lights[row].mesh, position, u)
-        return sample_extent(scene.lights[row], position, u)
+        return sample_shaped(scene.lights[row], position, u)
     dome = scene.domes[row - scene.light_count]
     if dome.cells_offset < 0:
         return sample_cosine(n, u)
@@ -146,7 +146,7 @@ def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, 
 def meet_emitter(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, row: int, wi: wp.vec3) -> LightDirection:
     """Return what :func:`sample_where_it_is` makes of a unit direction that comes from elsewhere."""
     if row < scene.light_count:
-        return meet_extent(scene.lights[row], position, wi)
+        return meet_shaped(scene.lights[row], position, wi)
     dome = scene.domes[row - scene.light_count]
     s = LightDirection()
     s.wi = wi

@@ -4,14 +4,16 @@
 
 import warp as wp
 
+from .constants import CONE_SHARE, NARROW_CONE
 from .light import KIND_CYLINDER, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
-from .light_direction import LightDirection
+from .light_direction import LightDirection, direction_in_cone
 from .sample_cylinder import meet_cylinder, sample_cylinder
 from .sample_disk import meet_disk, sample_disk
 from .sample_distant import meet_distant, sample_distant
 from .sample_rect import meet_rect, sample_rect
 from .sample_sphere import meet_sphere, sample_sphere
 from .structs import LightData
+from .vector import perpendicular_frame
 
 
 @wp.func
@@ -58,6 +60,64 @@ def meet_extent(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> Lig
     if light.kind == KIND_RECT:
         return meet_rect(center, light.half_x, light.half_y, wi)
     return meet_disk(center, light.half_x, light.half_y, wi)
+
+
+@wp.func
+def cone_cap_of(light: wp.ref[LightData], position: wp.vec3) -> float:
+    """Return 1 - cos of a light's cone where that is much narrower than the light as a point sees it; else 0.
+
+    There most samples of the light's shape would fall where it is dark.
+    """
+    if light.cone_angle >= 0.5 * wp.pi:
+        return 0.0
+    sine = wp.sin(0.5 * light.cone_angle)
+    cap = 2.0 * sine * sine
+    size2 = wp.length_sq(light.half_x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z)
+    # 1 - cos is half the squared sine where that is small, and up to 1.
+    seen = wp.min(0.5 * size2 / wp.max(wp.length_sq(light.position - position), 1.0e-30), 1.0)
+    return cap if cap < NARROW_CONE * seen else 0.0
+
+
+@wp.func
+def add_cone_pdf(light: wp.ref[LightData], cap: float, d: wp.ref[LightDirection]):
+    """Make a direction's density that of :func:`sample_shaped` from that of :func:`sample_extent`.
+
+    Args:
+        light: The light.
+        cap: Above 0, of its :func:`cone_cap_of`.
+        d: Direction and density.
+    """
+    if d.pdf > 0.0:
+        d.pdf = d.pdf * (1.0 - CONE_SHARE)
+        if 0.5 * wp.length_sq(d.wi - light.axis_z) <= cap:
+            d.pdf += CONE_SHARE / (2.0 * wp.pi * cap)
+
+
+@wp.func
+def sample_shaped(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
+    """Return what :func:`sample_extent` does; of lights with a narrow cone, some directions are the cone's."""
+    cap = cone_cap_of(light, position)
+    if cap == 0.0:
+        return sample_extent(light, position, u)
+    d = LightDirection()
+    if u[0] < CONE_SHARE:
+        local = direction_in_cone(cap, wp.vec2(u[0] / CONE_SHARE, u[1]))
+        x, y = perpendicular_frame(light.axis_z)
+        d = meet_extent(light, position, x * local[0] + y * local[1] + light.axis_z * local[2])
+    else:
+        d = sample_extent(light, position, wp.vec2((u[0] - CONE_SHARE) / (1.0 - CONE_SHARE), u[1]))
+    add_cone_pdf(light, cap, d)
+    return d
+
+
+@wp.func
+def meet_shaped(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> LightDirection:
+    """Return what :func:`sample_shaped` makes of a unit direction that comes from elsewhere."""
+    d = meet_extent(light, position, wi)
+    cap = cone_cap_of(light, position)
+    if cap > 0.0:
+        add_cone_pdf(light, cap, d)
+    return d
 
 
 @wp.func

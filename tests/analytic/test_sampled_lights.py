@@ -78,6 +78,17 @@ def test_uneven_scales_are_sampled_as_they_are(kind: LightKind) -> None:
 
 
 @pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
+def test_narrow_cones_of_large_lights_get_samples_of_their_own(kind: LightKind) -> None:
+    """Under the middle of a light whose cone shows an even disk of it: E = pi L sin^2 of the cone, as from the disk."""
+    sizes = {"radius": 0.8, "width": 2.0, "height": 2.0, "length": 2.5}
+    light = lamp(kind, (0.0, 0.0, 2.0), cone_angle=np.radians(6), **sizes)
+    scene = scene_of(square(whitted(diffuse=1.0), half=20), lights=[light])
+    for samples, error in ((4096, 5e-3), (64, 0.05)):  # 64 of the whole light would meet it twice
+        got = radiance(scene, parallel((0, 0, 0.01)), light_samples=samples)[0]
+        assert got == pytest.approx(np.sin(np.radians(6)) ** 2, rel=error)
+
+
+@pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
 def test_what_lies_below_the_horizon_gives_nothing(kind: LightKind) -> None:
     """The floor cuts through the light, which reaches as far below it as above."""
     light = lamp(kind, (0.0, 0.0, 0.1), direction=(0, 1, -0.2), **SHAPES[kind])
