@@ -70,6 +70,8 @@ def closest_hit(
     Raises:
         OptionError: A shape, type or device does not fit.
     """
+    if out is not None and not isinstance(out, Hits):
+        raise OptionError(f"out: Hits expected, got {type(out).__name__}")
     rays = _Rays(accel, origins, directions, t_max)
     arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
     _launch(accel, query.query_closest_hit, rays, list(arrays.values()), threads)
@@ -173,7 +175,10 @@ class _Rays:
     def _ends(self, t_max: Any) -> wp.array:
         if isinstance(t_max, wp.array):
             return self._checked("t_max", t_max, wp.float32).contiguous()
-        values = np.asarray(t_max, np.float32)
+        values = np.asarray(t_max)
+        if values.dtype.kind not in "fiu":
+            raise OptionError(f"t_max: one number or shape [{self.count}] expected, got {values.dtype}")
+        values = values.astype(np.float32, copy=False)
         if values.ndim == 0:
             values = values.reshape(1)
         elif values.shape != (self.count,):

@@ -113,6 +113,8 @@ def test_one_ray_among_many_ends(accel: Accel) -> None:
         {"directions": np.zeros((4, 3), complex)},
         {"t_max": np.ones(3)},
         {"t_max": np.ones((4, 1))},
+        {"t_max": None},
+        {"t_max": "far"},
         {"threads": 0},
         {"threads": 1.5},
         {"out": np.empty(4, np.float32)},
@@ -125,6 +127,13 @@ def test_what_does_not_fit_is_refused(accel: Accel, change: dict) -> None:
     with pytest.raises(OptionError) as error:
         warp_rt.any_hit(accel, **arguments)
     assert "\n" not in str(error.value)
+
+
+def test_closest_hits_are_written_to_hits(accel: Accel) -> None:
+    """An array, or a dictionary of them, would not be written to."""
+    for out in (np.empty(4, np.float32), {"t": np.empty(4, np.float32)}):
+        with pytest.raises(OptionError, match="out: Hits expected"):
+            warp_rt.closest_hit(accel, np.zeros((4, 3)), np.ones((4, 3)), out=out)
 
 
 def test_kinds_of_arrays_are_not_mixed(accel: Accel) -> None:
