@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 from typing import Any
 
@@ -109,6 +110,16 @@ def shutter_of(camera: Camera, settings: Settings) -> tuple[float, float]:
     if settings.disables_motion_blur:
         return 0.0, 0.0
     return (camera.shutter[0], camera.shutter[0]) if settings.has_instantaneous_shutter else camera.shutter
+
+
+def exposed(camera: Camera, settings: Settings) -> Camera:
+    """Return the camera with the exposure that the shutter leaves it, none where that closes before it opens.
+
+    "There is no exposure and a renderer should produce a black image" (UsdGeomCamera, ``shutter:close``), but for
+    settings that set the interval to [0, 0] (UsdRenderSettings, ``disableMotionBlur``) or close as they open.
+    """
+    opens, closes = shutter_of(camera, settings)
+    return dataclasses.replace(camera, exposure_scale=0.0) if closes < opens else camera
 
 
 def world_planes(camera: Camera, origin: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ from warp_rt.film_buffers import Rectangle, film_area, make_film_buffers
 from warp_rt.film_camera import (
     camera_data,
     choose_camera,
+    exposed,
     frame_camera,
     has_lens,
     image_size,
@@ -389,11 +390,12 @@ class Renderer:
             if primvar.size == 0:
                 notes.append(Diagnostic("N933", source, f"nothing that is drawn has the AOV {aov}: 0 everywhere"))
         self.diagnostics = tuple(notes)
-        return chosen, device_scene, lights
+        return exposed(chosen, self.scene.settings), device_scene, lights
 
     def _note_shutter(self, camera: Camera) -> None:
         """Note that the frame's time is all that is drawn, though something moves while the shutter is open."""
-        if shutter_of(camera, self.scene.settings) == (0.0, 0.0):
+        opens, closes = shutter_of(camera, self.scene.settings)
+        if (opens, closes) == (0.0, 0.0) or closes < opens:
             return
         how = (
             "motion blur needs several samples a pixel (--spp)"

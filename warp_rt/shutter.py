@@ -38,7 +38,8 @@ def plan_moments(frame: float | None, shutter: tuple[float, float], spp: int) ->
     """Return the moments of a picture; none where the frame's own time is all that it shows.
 
     A shutter that closes as it opens shows that time; one that stays open is divided into as many equal parts as there
-    are samples, and the middle of each is a sample's time. A single sample shows the frame's time.
+    are samples, and the middle of each is a sample's time. A single sample shows the frame's time; so does a
+    shutter that closes before it opens, which exposes nothing.
 
     Args:
         frame: Time code; None: the default time, at which nothing moves.
@@ -46,7 +47,7 @@ def plan_moments(frame: float | None, shutter: tuple[float, float], spp: int) ->
         spp: Samples a pixel.
     """
     opens, closes = shutter
-    if frame is None or (opens, closes) == (0.0, 0.0) or (opens < closes and spp == 1):
+    if frame is None or (opens, closes) == (0.0, 0.0) or (opens < closes and spp == 1) or closes < opens:
         return ()
     if opens == closes:
         return (Moment(frame + opens, range(spp)),)

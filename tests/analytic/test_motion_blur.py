@@ -238,15 +238,31 @@ def test_samples_have_the_places_of_the_whole_picture() -> None:
         ("uniform bool instantaneousShutter = 1", (-0.5, 0.5), -6),  # the shutter closes as it opens
         ("", (0.25, 0.25), 3),  # likewise
         ("", (0.5, -0.5), 0),  # which exposes nothing
+        ("uniform bool disableMotionBlur = 1", (0.5, -0.5), 0),  # "setting the shutter interval [...] to [0,0]"
+        ("uniform bool instantaneousShutter = 1", (0.5, -0.5), 6),
     ],
 )
 def test_an_instant_is_sharp(settings, shutter, shift) -> None:
+    """A shutter that closes before it opens makes a black picture (UsdGeomCamera), unless the settings mend it."""
     film, _ = picture(stage(mesh(more=SLIDE), shutter=shutter, settings=settings), spp=4)
     expected = np.zeros((SIZE, SIZE))
     expected[4:20, 10 + shift : 14 + shift] = 1
     np.testing.assert_array_equal(film.alpha, expected)
-    is_exposed = shutter[0] <= shutter[1]
+    is_exposed = shutter[0] <= shutter[1] or settings != ""
     np.testing.assert_array_equal(film.color.any(axis=2), expected * is_exposed)
+
+
+@pytest.mark.parametrize(
+    ("settings", "codes"),
+    [
+        ("", ["W424"]),
+        ("uniform bool disableMotionBlur = 1", []),
+        ("uniform bool instantaneousShutter = 1", []),
+    ],
+)
+def test_a_shutter_that_exposes_nothing_is_told_unless_the_settings_mend_it(settings, codes) -> None:
+    scene = warp_rt.load_scene(stage(mesh(), shutter=(0.5, -0.5), settings=settings))
+    assert [record.code for record in scene.diagnostics] == codes
 
 
 def test_one_sample_shows_the_frames_time_and_says_so() -> None:

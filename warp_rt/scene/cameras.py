@@ -30,4 +30,5 @@ class Camera:
     exposure_scale: float = 1.0
     """Linear factor on colour from the camera's exposure attributes."""
     shutter: tuple[float, float] = (0.0, 0.0)
-    """When it opens and closes, time codes from the frame's; zeros also where nothing moves meanwhile."""
+    """When it opens and closes, time codes from the frame's; zeros also where nothing moves meanwhile. One that closes
+    before it opens exposes nothing: colour is black."""

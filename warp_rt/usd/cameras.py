@@ -17,7 +17,7 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Camera
+from warp_rt.scene import Camera, Settings
 from warp_rt.usd.arrays import vector_rows
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 
@@ -57,8 +57,6 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
     x = attributes.number("horizontalApertureOffset", 0.0)
     y = attributes.number("verticalApertureOffset", 0.0)
     scale = 1 / focal_length if is_perspective else _TENTH
-    shutter = _shutter(prim, attributes, report)
-    exposure_scale = _exposure_scale(prim, attributes, report)
     return Camera(
         str(prim.GetPath()),
         _transform(prim, world_from_local, report),
@@ -68,8 +66,8 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
         clipping_planes=_clipping_planes(prim, attributes, report),
         lens_radius=lens_radius,
         focus_distance=focus_distance,
-        exposure_scale=0.0 if shutter is None else exposure_scale,
-        shutter=shutter or (0.0, 0.0),
+        exposure_scale=_exposure_scale(prim, attributes, report),
+        shutter=(attributes.number("shutter:open", 0.0), attributes.number("shutter:close", 0.0)),
     )
 
 
@@ -99,6 +97,23 @@ def report_hidden(cameras: Sequence[Camera], bounds: np.ndarray, report: Report)
             if (in_camera @ plane < 0).all():
                 shown_plane = ", ".join(f"{number:g}" for number in plane)
                 report.warn(HIDES_ALL, camera.path, f"the clipping plane ({shown_plane}) hides the whole scene")
+
+
+def report_unexposed(cameras: Sequence[Camera], settings: Sequence[Settings], report: Report) -> None:
+    """Report the cameras whose shutter closes before it opens, where render settings leave it so.
+
+    Args:
+        cameras: All.
+        settings: What pictures may be made with.
+        report: Takes the diagnostics.
+    """
+    leaving = [not (one.disables_motion_blur or one.has_instantaneous_shutter) for one in settings]
+    for camera in cameras:
+        opens, closes = camera.shutter
+        if closes < opens and any(leaving):
+            unless = "" if all(leaving) else " where a product leaves the shutter so"
+            message = f"shutter:close, {closes:g}, is before shutter:open, {opens:g}: nothing is exposed"
+            report.warn(INVALID_CAMERA, camera.path, f"{message}, the picture is black{unless}")
 
 
 def _positive(prim: Usd.Prim, name: str, attributes: AttributeReader, default: float, report: Report) -> float:
@@ -158,19 +173,6 @@ def _lens(
         report.warn(NO_FOCUS, prim.GetPath(), "fStop is set without a focusDistance above 0; drawn sharp")
         return 0.0, 0.0
     return _TENTH * focal_length / f_number / 2, focus_distance
-
-
-def _shutter(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> tuple[float, float] | None:
-    """Return when the shutter opens and closes; None where it closes before that.
-
-    "There is no exposure and a renderer should produce a black image" (UsdGeomCamera, ``shutter:close``).
-    """
-    opens, closes = attributes.number("shutter:open", 0.0), attributes.number("shutter:close", 0.0)
-    if opens <= closes:
-        return opens, closes
-    message = f"shutter:close, {closes:g}, is before shutter:open, {opens:g}: nothing is exposed, the picture is black"
-    report.warn(INVALID_CAMERA, prim.GetPath(), message)
-    return None
 
 
 def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> float:

@@ -16,7 +16,7 @@ from pxr import Tf, Usd
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Scene, local_boxes
-from warp_rt.usd.cameras import read_camera, report_hidden
+from warp_rt.usd.cameras import read_camera, report_hidden, report_unexposed
 from warp_rt.usd.draw_modes import StandInReader
 from warp_rt.usd.gprims import GprimReader, Gprims
 from warp_rt.usd.ies import ProfileCache
@@ -134,8 +134,10 @@ def load_stage(
         if base_time is None:
             cameras = without_idle_shutters(stage, cameras, code)
         report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
-        for settings in {terms.settings: None, **{product.settings: None for product in terms.products}}:
+        in_force = tuple(dict.fromkeys((terms.settings, *(product.settings for product in terms.products))))
+        for settings in in_force:
             report_missing_camera(settings, cameras, stage, report)
+        report_unexposed(cameras, in_force, report)
         report_unused(terms.settings, walk.render_prims, stage, report, pass_path)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"

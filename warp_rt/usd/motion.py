@@ -51,6 +51,9 @@ def moves(stage: Usd.Stage, first: float, last: float) -> bool:
 def without_idle_shutters(stage: Usd.Stage, cameras: Sequence[Camera], time: Usd.TimeCode) -> list[Camera]:
     """Return the cameras of a frame; those that nothing moves before while their shutter is open have none.
 
+    A shutter that closes before it opens is not idle: it exposes nothing.
+
+
     Args:
         stage: What they see.
         cameras: As they are at the frame.
@@ -63,7 +66,8 @@ def without_idle_shutters(stage: Usd.Stage, cameras: Sequence[Camera], time: Usd
         if shutter not in is_moving:
             frame = 0.0 if time.IsDefault() else time.GetValue()
             first, last = frame + min(0.0, shutter[0]), frame + max(0.0, shutter[1])
-            is_moving[shutter] = not time.IsDefault() and moves(stage, first, last)
+            is_reversed = shutter[1] < shutter[0]
+            is_moving[shutter] = is_reversed or (not time.IsDefault() and moves(stage, first, last))
         found.append(camera if is_moving[shutter] else replace(camera, shutter=(0.0, 0.0)))
     return found
 
