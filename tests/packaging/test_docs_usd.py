@@ -142,6 +142,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W121": (instancer(ONE.replace("[0]", "[3]") + "rel prototypes = </i/p>"), {"/i"}),
     "W122": (instancer(ONE + "float3[] scales = [(0, 1, 1)]\nrel prototypes = </i/p>"), {"/i"}),
+    "W119": (
+        f'def "g" {{\nnormal3f[] primvars:normals = [(0, 0, 1)] (interpolation = "constant")\n{mesh()}\n}}',
+        {"/g"},
+    ),
     "W123": (
         instancer(
             ONE + "rel prototypes = </i/p>",
@@ -304,6 +308,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/a"},
     ),
     "N923": (instancer(ONE + "rel prototypes = </i/p>", 'def Sphere "p" {}\ndef Camera "c" {}'), {"/i"}),
+    "N925": ('def Sphere "s" (variants = { string size = "big" }) {}', {"/s"}),
     "N924": ('def "g" { token visibility = "invisible"\ndef Sphere "s" {}\n}', {"/g"}),
     "N914": (
         bound(

@@ -602,3 +602,68 @@ def test_one_may_look_through_a_camera_that_is_not_seen() -> None:
     assert (len(scene.instances), len(scene.lights)) == (0, 0)
     assert [camera.path for camera in scene.cameras] == ["/rig/c"]
     np.testing.assert_array_equal(scene.cameras[0].world_from_camera[:3, 3], (1, 2, 7))
+
+
+# --- what USD says that no picture shows
+
+
+def test_constant_normals_above_a_mesh_are_told_where_they_would_be_inherited() -> None:
+    """Constant primvars are inherited (UsdGeomPrimvarsAPI), by those who have none of the name themselves."""
+    scene = load(
+        f"""
+        def Xform "up" {{
+            normal3f[] primvars:normals = [(0, 0, 1)] (interpolation = "constant")
+            def Mesh "flat" {{ {TRIANGLE} }}
+            def Xform "group" {{
+                def Mesh "flat" {{ {TRIANGLE} }}
+                def Mesh "own" {{ {TRIANGLE} normal3f[] normals = [(0, 0, 1), (0, 0, 1), (0, 0, 1)]
+ }}
+            }}
+            def Mesh "smooth" {{ {TRIANGLE.replace('"none"', '"loop"')} }}
+            def Cube "box" {{ }}
+        }}
+        def Xform "unused" {{
+            normal3f[] primvars:normals = [(0, 0, 1)] (interpolation = "constant")
+            def Xform "other" {{
+                normal3f[] primvars:normals = [(0, 1, 0)] (interpolation = "constant")
+                def Mesh "own" {{ {TRIANGLE} normal3f[] primvars:normals = [(0, 0, 1)] (interpolation = "constant")
+ }}
+            }}
+        }}
+        def Xform "by_vertex" {{
+            normal3f[] primvars:normals = [(0, 0, 1)] (interpolation = "vertex")
+            def Mesh "flat" {{ {TRIANGLE} }}
+        }}
+        """
+    )
+    told = [record for record in scene.diagnostics if record.code == "W119"]
+    assert [record.prim for record in told] == ["/up"]
+    assert (
+        told[0].message
+        == "its constant primvars:normals do not count for /up/flat and 1 more, which would inherit them"
+    )
+
+
+def test_variant_selections_that_select_nothing_are_noted() -> None:
+    sets = 'prepend variantSets = "shape"'
+    variants = 'variantSet "shape" = {\n"one" {\ndef Cube "c" {\n}\n}\n"two" {\n}\n}'
+    scene = load(
+        f"""
+        def Xform "good" ( {sets}
+            variants = {{ string shape = "one" }} ) {{\n{variants}\n}}
+        def Xform "none" ( {sets}
+            variants = {{ string shape = "" }} ) {{\n{variants}\n}}
+        def Xform "misspelt" ( {sets}
+            variants = {{ string shape = "ome" }} ) {{\n{variants}\n}}
+        def Xform "group" ( kind = "group" ) {{
+            def Xform "model" ( kind = "component"
+                variants = {{ string look = "red" }} ) {{ }}
+        }}
+        """
+    )
+    told = {record.prim: record.message for record in scene.diagnostics if record.code == "N925"}
+    assert told == {
+        "/misspelt": "shape = 'ome' selects nothing: its variants are one, two",
+        "/group/model": "look = 'red' is selected, but there is no such variant set",
+    }
+    assert drawn(scene) == {"/good/c"}

@@ -30,6 +30,7 @@ from warp_rt.usd.context import (
 )
 from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
+from warp_rt.usd.inherited_normals import report_inherited_normals
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
@@ -39,6 +40,7 @@ from warp_rt.usd.sources import report_unreadable
 from warp_rt.usd.stage import UNLOADED
 from warp_rt.usd.subsets import report_misplaced
 from warp_rt.usd.transforms import TransformReader
+from warp_rt.usd.unused_selections import report_unused_selections
 from warp_rt.usd.visibility import is_invisible
 
 UNSUPPORTED = "W130"
@@ -160,6 +162,8 @@ class StageWalk:
         if may_be_unusual and not prim.IsLoaded():
             self._report.warn(UNLOADED, prim.GetPath(), "its payload is not loaded: left out with all below it")
             return None
+        if may_be_unusual:
+            report_unused_selections(prim, self._report)
         prim_type = self._types.read(prim)
         kind = prim_type.name
         has_clips = above.has_clips or prim.HasAuthoredMetadata("clips")
@@ -222,6 +226,8 @@ class StageWalk:
         children = here.children(prim)
         has_heirs = is_instance or kind == "PointInstancer" or bool(children)
         passed_on = hand_down(prim, here, authored, has_heirs, self._time, self._report)
+        if has_heirs and "primvars:normals" in authored.names:
+            report_inherited_normals(prim, self._report)
         if kind == "PointInstancer":
             if self._is_shown(here):
                 self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Constant normals above geometry, which USD hands down as any constant primvar and pictures do not show."""
+
+from __future__ import annotations
+
+from pxr import Usd, UsdGeom
+
+from warp_rt.report import Report
+from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
+
+NOT_HANDED_DOWN = "W119"
+
+_TAKERS = ("Mesh", "NurbsPatch", "BasisCurves", "NurbsCurves", "HermiteCurves")
+
+
+def report_inherited_normals(prim: Usd.Prim, report: Report) -> None:
+    """Report geometry that has the constant ``primvars:normals`` of a prim above it for its normals.
+
+    Reference: UsdGeomPrimvarsAPI, "Primvar Inheritance".
+    """
+    normals = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
+    if normals.GetInterpolation() != UsdGeom.Tokens.constant or not normals.HasAuthoredValue():
+        return
+    heirs = [
+        below
+        for below in Usd.PrimRange(prim, Usd.TraverseInstanceProxies())
+        if below != prim and _takes_normals(below) and _source_of_normals(below) == prim
+    ]
+    if heirs:
+        more = f" and {len(heirs) - 1} more" if len(heirs) > 1 else ""
+        message = f"its constant primvars:normals do not count for {heirs[0].GetPath()}{more}, which would inherit them"
+        report.warn(NOT_HANDED_DOWN, prim.GetPath(), message)
+
+
+def _takes_normals(prim: Usd.Prim) -> bool:
+    """Return whether a prim is of a kind whose normals count, and has none of its own."""
+    if prim.GetTypeName() not in _TAKERS or UsdGeom.PointBased(prim).GetNormalsAttr().HasAuthoredValue():
+        return False
+    return (
+        UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get() not in SUBDIVISION_SCHEMES
+        if prim.IsA(UsdGeom.Mesh)
+        else True
+    )
+
+
+def _source_of_normals(prim: Usd.Prim) -> Usd.Prim:
+    return UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("normals").GetAttr().GetPrim()

@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Variant selections that select nothing, which USD passes over without a word."""
+
+from __future__ import annotations
+
+from pxr import Usd
+
+from warp_rt.report import Report
+
+NO_SUCH_VARIANT = "N925"
+
+_SELECTION = "variantSelection"
+
+
+def report_unused_selections(prim: Usd.Prim, report: Report) -> None:
+    """Note the selections of a prim that name no variant of their set, or a set that it does not have.
+
+    An empty selection is one on purpose: of no variant.
+    """
+    if not prim.HasAuthoredMetadata(_SELECTION):
+        return
+    sets = prim.GetVariantSets()
+    names = set(sets.GetNames())
+    for name, chosen in sorted(sets.GetAllVariantSelections().items()):
+        if not chosen:
+            continue
+        if name not in names:
+            report.warn(
+                NO_SUCH_VARIANT, prim.GetPath(), f"{name} = {chosen!r} is selected, but there is no such variant set"
+            )
+            continue
+        variants = sets.GetVariantSet(name).GetVariantNames()
+        if chosen not in variants:
+            known = ", ".join(variants) or "none"
+            report.warn(
+                NO_SUCH_VARIANT, prim.GetPath(), f"{name} = {chosen!r} selects nothing: its variants are {known}"
+            )
