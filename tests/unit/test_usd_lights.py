@@ -221,8 +221,10 @@ def test_the_lectures_point_light_has_one_value_everywhere():
     assert light.radiance == pytest.approx((6, 3, 0))
 
 
-def test_falloff_needs_treat_as_point():
-    assert _light("SphereLight", 'token warp_rt:falloff = "none"').has_falloff
+@pytest.mark.parametrize("light", ["SphereLight", "DiskLight", "DistantLight"])
+def test_falloff_needs_treat_as_point(light):
+    found, codes = _read(f'def {light} "L" {{\ntoken warp_rt:falloff = "none"\n}}')
+    assert (found.has_falloff, codes) == (True, ["N926"])
 
 
 # --- shaping

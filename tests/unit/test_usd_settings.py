@@ -99,6 +99,8 @@ def test_metadata_that_lead_nowhere_are_named():
         "uniform float pixelAspectRatio = 0",
         'uniform token aspectRatioConformPolicy = "stretch"',
         "int warp_rt:depth = 0",
+        "float warp_rt:depth = 2.7",
+        "float warp_rt:lightSamples = 0.5",
         "float warp_rt:threshold = -1",
         "float warp_rt:threshold = nan",
         "float warp_rt:ambient = 1",

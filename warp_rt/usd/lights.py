@@ -38,6 +38,7 @@ OUT_OF_RANGE = "W415"
 CONNECTED_INPUT = "W416"
 FOREIGN_LIGHT = "W419"
 NO_SHAPING = "N919"
+NO_FALLOFF = "N926"
 MEAN_GLOW = "N918"
 
 _KINDS = {
@@ -172,10 +173,13 @@ def _read_shape(
     height = attributes.within("inputs:height", 1.0, 0.0, math.inf, OUT_OF_RANGE)
     length = attributes.within("inputs:length", 1.0, 0.0, math.inf, OUT_OF_RANGE)
     angle = math.radians(attributes.within("inputs:angle", 0.53, 0.0, 360.0, OUT_OF_RANGE))
-    has_falloff = True
-    if kind == LightKind.SPHERE and attributes.truth("treatAsPoint", False):
+    has_falloff = attributes.token("warp_rt:falloff", _FALLOFFS[0], _FALLOFFS) != "none"
+    if kind != LightKind.SPHERE or not attributes.truth("treatAsPoint", False):
+        if not has_falloff:
+            report.warn(NO_FALLOFF, path, "warp_rt:falloff has no effect: only a SphereLight with treatAsPoint has one")
+        has_falloff = True
+    else:
         kind = LightKind.POINT
-        has_falloff = attributes.token("warp_rt:falloff", _FALLOFFS[0], _FALLOFFS) != "none"
         if radius == 0 and has_falloff:
             # A normalised point sends out a quarter of its intensity in every direction, whatever its radius is.
             if not is_normalized:

@@ -251,23 +251,11 @@ class _Reader:
 
     def depth(self) -> int | None:
         """Return the levels of the ray tree."""
-        found = self._numbers("warp_rt:depth", 1)
-        if found is None:
-            return None
-        if 1 <= found[0] <= MAX_DEPTH:
-            return int(found[0])
-        self._invalid("warp_rt:depth", f"{found[0]:g} is outside 1..{MAX_DEPTH}")
-        return None
+        return self._whole_number("warp_rt:depth", 1, MAX_DEPTH)
 
     def light_samples(self) -> int | None:
         """Return the samples of area lights and domes."""
-        found = self._numbers("warp_rt:lightSamples", 1)
-        if found is None:
-            return None
-        if 0 <= found[0] <= MAX_LIGHT_SAMPLES:
-            return int(found[0])
-        self._invalid("warp_rt:lightSamples", f"{found[0]:g} is outside 0..{MAX_LIGHT_SAMPLES}")
-        return None
+        return self._whole_number("warp_rt:lightSamples", 0, MAX_LIGHT_SAMPLES)
 
     def threshold(self) -> float | None:
         """Return the weight below which the ray tree ends."""
@@ -341,6 +329,15 @@ class _Reader:
                     attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
                 )
                 return attribute.Get(Usd.TimeCode.Default() if is_default else Usd.TimeCode.EarliestTime())
+        return None
+
+    def _whole_number(self, name: str, low: int, high: int) -> int | None:
+        found = self._numbers(name, 1)
+        if found is None:
+            return None
+        if low <= found[0] <= high and found[0] == int(found[0]):
+            return int(found[0])
+        self._invalid(name, f"{found[0]:g} is no whole number from {low} to {high}")
         return None
 
     def _numbers(self, name: str, count: int) -> tuple[float, ...] | None:
