@@ -12,41 +12,68 @@ import warp as wp
 from .bvh_structs import Hit
 from .constants import TRIANGLES
 from .structs import SceneData
-from .surface import max_abs, transform_vector, triangle_corners
+from .surface import (
+    Surface,
+    Triangle,
+    begin_surface,
+    load_triangle,
+    place_on_shape,
+    place_on_triangle,
+    transform_vector,
+)
 
 
 @wp.func
-def correct_hit(scene: wp.ref[SceneData], hit: wp.ref[Hit], offset: wp.vec3, direction: wp.vec3):
+def correct_hit(hit: wp.ref[Hit], triangle: wp.ref[Triangle], offset: wp.vec3, direction: wp.vec3):
     """Move a hit along its triangle to where the ray's line meets it without the offset of the ray's origin.
 
     The ray o + t d hits the plane of normal n; from o - offset it does so at t + (n . offset) / (n . d). What would
     leave the triangle is stopped at its rim: the search has decided which one it is. Where the shift is no small part
-    of the way, surfaces touch or the ray grazes, and the search is believed. On shapes ``make_surface`` does the same.
+    of the way, surfaces touch or the ray grazes, and the search is believed.
+
+    Args:
+        hit: Found from the shifted origin; changed in place.
+        triangle: That was hit.
+        offset: From the point that the ray leaves to where its search began, under the transform to the mesh's space.
+        direction: Of the ray, unit in world space, under the same.
+    """
+    n = triangle.across
+    facing = wp.dot(n, direction)
+    shift = wp.dot(n, offset)
+    if wp.abs(shift) < 0.5 * hit.t * wp.abs(facing):
+        dt = shift / facing
+        moved = (direction * dt - offset) / triangle.size
+        scale = 1.0 / wp.dot(n, n)
+        hit.u = wp.clamp(hit.u + wp.dot(wp.cross(moved, triangle.e2), n) * scale, 0.0, 1.0)
+        hit.v = wp.clamp(hit.v + wp.dot(wp.cross(triangle.e1, moved), n) * scale, 0.0, 1.0 - hit.u)
+        hit.t += dt
+
+
+@wp.func
+def surface_on_line(
+    scene: wp.ref[SceneData], hit: wp.ref[Hit], origin: wp.vec3, offset: wp.vec3, direction: wp.vec3
+) -> Surface:
+    """Return the surface point where the line that a ray is meant to follow meets what its search has found.
+
+    On shapes ``place_on_shape`` finds it by itself.
 
     Args:
         scene: Shading data.
-        hit: Found from the shifted origin; changed in place.
-        offset: From the point that the ray leaves to where its search began, world space.
+        hit: As the search found it; its t, u and v become those of the line.
+        origin: Where the search began, world space.
+        offset: From the point that the ray leaves to there.
         direction: Of the ray, unit, world space.
     """
     placed = scene.instances[hit.instance]
-    if scene.meshes[placed.mesh].kind != TRIANGLES:
-        return
-    p0, p1, p2 = triangle_corners(scene, placed.mesh, hit.triangle)
-    e1 = p1 - p0
-    e2 = p2 - p0
-    size = wp.max(wp.max(max_abs(e1), max_abs(e2)), 1.0e-30)
-    e1 = e1 / size
-    e2 = e2 / size
-    n = wp.cross(e1, e2)
-    local_offset = transform_vector(placed.local_from_world, offset)
+    mesh = scene.meshes[placed.mesh]
+    left = origin - offset
+    if mesh.kind != TRIANGLES:
+        s = begin_surface(scene, placed, mesh, hit)
+        place_on_shape(scene, placed, mesh, hit.t, left, direction, s)
+        return s
+    triangle = load_triangle(scene, placed.mesh, hit.triangle)
     local_direction = transform_vector(placed.local_from_world, direction)
-    facing = wp.dot(n, local_direction)
-    shift = wp.dot(n, local_offset)
-    if wp.abs(shift) < 0.5 * hit.t * wp.abs(facing):
-        dt = shift / facing
-        moved = (local_direction * dt - local_offset) / size
-        scale = 1.0 / wp.dot(n, n)
-        hit.u = wp.clamp(hit.u + wp.dot(wp.cross(moved, e2), n) * scale, 0.0, 1.0)
-        hit.v = wp.clamp(hit.v + wp.dot(wp.cross(e1, moved), n) * scale, 0.0, 1.0 - hit.u)
-        hit.t += dt
+    correct_hit(hit, triangle, transform_vector(placed.local_from_world, offset), local_direction)
+    s = begin_surface(scene, placed, mesh, hit)
+    place_on_triangle(scene, placed, triangle, hit.t, left, local_direction, s)
+    return s

@@ -17,7 +17,7 @@ from .constants import PASS_LIMIT
 from .emission import light_met, radiance_of_seen
 from .environment import environment
 from .features import AnyScene, Features
-from .line_hit import correct_hit
+from .line_hit import surface_on_line
 from .material import NO_LEAK, Shading, eval_material
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
@@ -36,7 +36,7 @@ from .sampling import branch_key, pixel_key
 from .shading import local_illumination
 from .shadow_queue import AtOnce, Shadows
 from .structs import FilmData, FrameData, RayTask, SceneData
-from .surface import Surface, make_surface, spawn_origin
+from .surface import Surface, spawn_origin
 from .tree_hooks import tell_background, tell_child, tell_eye, tell_local, tell_push, tell_ray, tell_surface
 from .tree_record import (
     PASSAGE,
@@ -303,8 +303,7 @@ def visit_node(
         if task.depth == 1:
             eye.alpha += task.weight * behind_alpha
         return behind, top
-    correct_hit(scene, hit, task.offset, task.direction)
-    surface = make_surface(scene, hit, task.origin - task.offset, task.direction)
+    surface = surface_on_line(scene, hit, task.origin, task.offset, task.direction)
     track_hit(scene, surface, task, hit.t, features)
     shading = eval_material(scene, surface, -task.direction, task.leaked, features)
     if not is_seen(scene, hit.instance, task.depth, features):

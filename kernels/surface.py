@@ -40,6 +40,22 @@ class Surface:
     dpdy: wp.vec3
 
 
+@wp.struct
+class Triangle:
+    """A triangle in its mesh's space, of any size or none."""
+
+    p0: wp.vec3
+    p1: wp.vec3
+    p2: wp.vec3
+    size: wp.float32
+    """Largest coordinate of its edges, at least 1e-30."""
+    e1: wp.vec3
+    """From ``p0`` to ``p1``, over ``size``; so too ``e2``, to ``p2``."""
+    e2: wp.vec3
+    across: wp.vec3
+    """Their cross product: a normal, zero if the triangle has no area."""
+
+
 @wp.func
 def transform_point(m: mat34, p: wp.vec3) -> wp.vec3:
     """Return a point under an affine transform."""
@@ -193,12 +209,20 @@ def triangle_corners(scene: wp.ref[SceneData], mesh: int, triangle: int):
 
 
 @wp.func
-def triangle_normal(p0: wp.vec3, p1: wp.vec3, p2: wp.vec3) -> wp.vec3:
-    """Return the unit normal of a triangle of any size; zero if it has no area."""
+def load_triangle(scene: wp.ref[SceneData], mesh: int, triangle: int) -> Triangle:
+    """Return a triangle of a mesh."""
+    result = Triangle()
+    p0, p1, p2 = triangle_corners(scene, mesh, triangle)
+    result.p0 = p0
+    result.p1 = p1
+    result.p2 = p2
     e1 = p1 - p0
     e2 = p2 - p0
-    size = wp.max(wp.max(max_abs(e1), max_abs(e2)), 1.0e-30)
-    return wp.normalize(wp.cross(e1 / size, e2 / size))
+    result.size = wp.max(wp.max(max_abs(e1), max_abs(e2)), 1.0e-30)
+    result.e1 = e1 / result.size
+    result.e2 = e2 / result.size
+    result.across = wp.cross(result.e1, result.e2)
+    return result
 
 
 @wp.func
@@ -227,25 +251,61 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     """Return the surface point where a ray, in world space, hits a triangle, or a shape, of an instance."""
     placed = scene.instances[hit.instance]
     mesh = scene.meshes[placed.mesh]
-    u = hit.u
-    v = hit.v
+    s = begin_surface(scene, placed, mesh, hit)
+    if mesh.kind != TRIANGLES:
+        place_on_shape(scene, placed, mesh, hit.t, ray_origin, ray_direction, s)
+        return s
+    triangle = load_triangle(scene, placed.mesh, hit.triangle)
+    direction = transform_vector(placed.local_from_world, ray_direction)
+    place_on_triangle(scene, placed, triangle, hit.t, ray_origin, direction, s)
+    return s
 
+
+@wp.func
+def begin_surface(
+    scene: wp.ref[SceneData], placed: wp.ref[InstanceData], mesh: wp.ref[MeshData], hit: wp.ref[Hit]
+) -> Surface:
+    """Return a surface point of which only that is known which a hit says by itself."""
     s = Surface()
     s.instance = hit.instance
     s.triangle = hit.triangle
     s.mesh = placed.mesh
-    s.u = u
-    s.v = v
+    s.u = hit.u
+    s.v = hit.v
     slot = int(0)
     if mesh.slot_offset >= 0:
         slot = scene.material_slots[mesh.slot_offset + hit.triangle]
     s.material = scene.material_table[placed.material_offset + slot]
-    if mesh.kind != TRIANGLES:
-        place_on_shape(scene, placed, mesh, hit.t, ray_origin, ray_direction, s)
-        return s
+    return s
 
-    p0, p1, p2 = triangle_corners(scene, placed.mesh, hit.triangle)
-    n_local = triangle_normal(p0, p1, p2)
+
+@wp.func
+def place_on_triangle(
+    scene: wp.ref[SceneData],
+    placed: wp.ref[InstanceData],
+    triangle: wp.ref[Triangle],
+    t: float,
+    ray_origin: wp.vec3,
+    direction: wp.vec3,
+    s: wp.ref[Surface],
+):
+    """Complete a surface point that lies on a triangle: its position, normals and clearance.
+
+    Args:
+        scene: Shading data.
+        placed: The instance.
+        triangle: Of its mesh.
+        t: Distance along the ray, in world space.
+        ray_origin: World space.
+        direction: Of the ray, unit in world space, under the transform to the mesh's.
+        s: Changed in place.
+    """
+    u = s.u
+    v = s.v
+    p0 = triangle.p0
+    p1 = triangle.p1
+    p2 = triangle.p2
+    n_local = wp.normalize(triangle.across)
     n_world = transform_normal(placed.local_from_world, n_local)
     # Planes that are 1 apart in the mesh's space are this far apart in the world.
     plane_scale = 1.0 / wp.max(wp.length(n_world), 1.0e-30)
@@ -259,8 +319,7 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     corners = wp.max(wp.max(max_abs(p0), max_abs(p1)), max_abs(p2))
     if max_abs(local) < GREAT_TRIANGLE * corners:
         origin = transform_point(placed.local_from_world, ray_origin)
-        direction = transform_vector(placed.local_from_world, ray_direction)
-        along_ray = wp.abs(origin) + wp.abs(direction) * hit.t
+        along_ray = wp.abs(origin) + wp.abs(direction) * t
         slope = wp.dot(n_local, direction)
         if max_abs(along_ray) < GREAT_TRIANGLE * corners and slope != 0.0:
             local = origin + direction * (wp.dot(n_local, p0 - origin) / slope)
@@ -268,13 +327,12 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     s.position = transform_point(placed.world_from_local, local)
     s.clearance = plane_scale * spawn_clearance(placed, n_local, sums, s.position, corners)
     s.n_shading = s.n_geometric
-    normals = scene.primvars[placed.mesh * scene.primvar_count + NORMALS_SLOT]
+    normals = scene.primvars[s.mesh * scene.primvar_count + NORMALS_SLOT]
     if normals.component_count > 0:
-        n = transform_normal(placed.local_from_world, eval_normals(scene, placed.mesh, hit.triangle, u, v))
+        n = transform_normal(placed.local_from_world, eval_normals(scene, s.mesh, s.triangle, u, v))
         n_length = wp.length(n)
         if n_length > 0.0:
             s.n_shading = n / n_length
-    return s
 
 
 @wp.func

@@ -12,6 +12,7 @@ from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.bvh_structs import Hit
 from warp_rt.kernels.line_hit import correct_hit
 from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.surface import load_triangle, transform_vector
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -34,7 +35,9 @@ def correct(
     hit.t = found[i][0]
     hit.u = found[i][1]
     hit.v = found[i][2]
-    correct_hit(scene[0], hit, offsets[i], directions[i])
+    to_local = scene[0].instances[0].local_from_world
+    triangle = load_triangle(scene[0], 0, 0)
+    correct_hit(hit, triangle, transform_vector(to_local, offsets[i]), transform_vector(to_local, directions[i]))
     corrected[i] = wp.vec3(hit.t, hit.u, hit.v)
 
 
