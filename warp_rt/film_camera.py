@@ -18,6 +18,8 @@ from warp_rt.options import DEFAULT_WIDTH, RenderOptions
 from warp_rt.scene import Camera, Scene, Settings
 
 MAIN_CAMERA = "main_cam"  # UsdUtils.GetPrimaryCameraName()
+# Corners of a box's faces, one way round as seen from outside; bit k of a corner's number is its end along axis k.
+_FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
 
 
 def choose_camera(scene: Scene, name: str | None) -> Camera | None:
@@ -131,6 +133,56 @@ def world_planes(camera: Camera, origin: np.ndarray) -> np.ndarray:
     planes[:, 3] += planes[:, :3] @ origin
     length = np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
     return planes / np.where(length > 0, length, 1.0)
+
+
+def share_of_picture(box: np.ndarray, camera: Camera, width: int, height: int, settings: Settings) -> float:
+    """Return the part of a picture that a box covers, 0 to 1; what lies behind the camera covers nothing.
+
+    Each face is cut by the planes of the picture's edges (Sutherland and Hodgman 1974). Clipping ranges and planes do
+    not count.
+
+    Args:
+        box: World space, lower and upper corner, shape [2, 3].
+        camera: As the scene has it.
+        width: Of the whole picture [pixel].
+        height: Likewise.
+        settings: Aspect policy and pixel aspect ratio.
+    """
+    aspect = width / height * settings.pixel_aspect_ratio
+    left, right, bottom, top = conform_window(camera.window, aspect, settings.aspect_policy)
+    (left, right), (bottom, top) = sorted((left, right)), sorted((bottom, top))
+    area = (right - left) * (top - bottom)
+    corners = np.array([[*(box[number >> axis & 1, axis] for axis in range(3)), 1.0] for number in range(8)])
+    x, y, z, _ = np.linalg.inv(camera.world_from_camera) @ corners.T
+    scale = -z if camera.is_perspective else np.ones(8)
+    # An orthographic camera also sees what is behind it, if its near distance says so.
+    nearest = np.finfo(float).eps * np.abs(z).max() if camera.is_perspective else min(camera.clipping_range[0], 0.0)
+    inside = np.stack([-z - nearest, x - left * scale, right * scale - x, y - bottom * scale, top * scale - y])
+    areas = [_shown_area(np.stack([x, y, scale]).T[list(face)], inside[:, face].T) for face in _FACES]
+    # A line of sight leaves the box through one face; it enters by another, unless it starts inside.
+    return float(max(sum(max(one, 0.0) for one in areas), sum(max(-one, 0.0) for one in areas)) / area)
+
+
+def _shown_area(points: np.ndarray, inside: np.ndarray) -> float:
+    """Return the signed area of what a polygon shows on the window.
+
+    Args:
+        points: x, y and what divides them, shape [n, 3].
+        inside: Distances from planes, linear along the edges, shape [n, k]; what is below 0 of any is cut off.
+    """
+    rows = np.concatenate([points, inside], axis=1)
+    for plane in range(3, rows.shape[1]):
+        kept = []
+        for start, end in zip(rows, np.roll(rows, -1, axis=0), strict=True):
+            if start[plane] >= 0:
+                kept.append(start)
+            if (start[plane] >= 0) != (end[plane] >= 0):
+                kept.append(start + start[plane] / (start[plane] - end[plane]) * (end - start))
+        if len(kept) < 3:
+            return 0.0
+        rows = np.array(kept)
+    x, y = rows[:, 0] / rows[:, 2], rows[:, 1] / rows[:, 2]
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
 
 
 def pixel_aspect_ratio(camera: Camera, width: int, height: int, settings: Settings) -> float:

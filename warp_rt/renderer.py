@@ -30,6 +30,7 @@ from warp_rt.film_camera import (
     has_lens,
     image_size,
     pixel_aspect_ratio,
+    share_of_picture,
     shutter_of,
 )
 from warp_rt.frame import frame_data, resolve_options
@@ -52,7 +53,7 @@ from warp_rt.mesh_trees import has_same_triangles
 from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.plain import is_plain
 from warp_rt.report import Diagnostic
-from warp_rt.scene import Camera, Light, Scene
+from warp_rt.scene import Camera, Light, RayMask, Scene
 from warp_rt.tile_scratch import make_tile_trees
 from warp_rt.tree.ray_tree import RayTree
 from warp_rt.tree_recording import Records, make_roots, record
@@ -75,7 +76,7 @@ class Scratch:
         return self.arguments[-1].numpy().sum(axis=0, dtype=np.int64)
 
 
-_LOST = 1e-4  # share of a picture below which what shows is thought to be lost in it
+_LOST = 1e-4  # share of a picture below which what shows, or where it could, is thought to be lost in it
 _REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, from which building anew pays
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
 _KERNELS = {
@@ -406,13 +407,14 @@ class Renderer:
         self.diagnostics = (*self.diagnostics, Diagnostic("N931", camera.path, message))
 
     def _note_emptiness(self, developed: Film, film: Exposure) -> None:
-        """Note that a whole picture shows next to nothing of a scene that has something to show."""
-        instances = self.scene.instances
-        holds_out = instances.is_matte is not None and instances.is_matte.any()
+        """Note that a whole picture shows next to nothing because the scene lies elsewhere, or is too small in it."""
         covered = float(developed.alpha.sum())
-        if film.options.crop is not None or len(instances) == 0 or holds_out or covered > _LOST * developed.alpha.size:
+        if film.options.crop is not None or covered > _LOST * developed.alpha.size:
             return
-        low, high = (", ".join(f"{number:g}" for number in corner) for corner in self.scene.bounds())
+        box = _seen_box(self.scene)
+        if box is None or share_of_picture(box, film.camera, *film.size, self.scene.settings) >= _LOST:
+            return
+        low, high = (", ".join(f"{number:g}" for number in corner) for corner in box)
         seen = f"{covered:.2g} of {developed.alpha.size:,} pixels show" if covered else "nothing of the picture shows"
         note = Diagnostic("N932", film.camera.path, f"{seen} the scene, which reaches from ({low}) to ({high})")
         self.diagnostics = tuple(dict.fromkeys((*self.diagnostics, note)))
@@ -516,6 +518,15 @@ class Renderer:
             yield
         finally:
             self.seconds[stage] += time.perf_counter() - start
+
+
+def _seen_box(scene: Scene) -> np.ndarray | None:
+    """Return the world-space box of what eye rays may see: float64, shape [2, 3]; None where there is nothing."""
+    instances = scene.instances
+    if instances.seen_by is not None:
+        instances = instances[np.flatnonzero(instances.seen_by & RayMask.EYE)]
+    box = dataclasses.replace(scene, instances=instances).bounds()
+    return box if np.isfinite(box).all() else None
 
 
 def _diagonal(scene: Scene) -> float:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The framing camera against usdrecord's arithmetic, and the headlight."""
 
+import dataclasses
 import itertools
 import math
 
@@ -9,9 +10,10 @@ import numpy as np
 import pytest
 
 from warp_rt import Renderer, RenderOptions
+from warp_rt.film_camera import share_of_picture
 from warp_rt.framing import frame_scene
 from warp_rt.headlight import headlight
-from warp_rt.scene import Camera, LightKind, Scene
+from warp_rt.scene import Camera, Input, LightKind, Material, MaterialModel, OpacityMode, RayMask, Scene, Settings
 
 TANGENT = 20.955 / 2 / 50  # of half the horizontal field of view of GfCamera
 FACES = [[0, 1, 2]]
@@ -83,6 +85,56 @@ def test_an_empty_picture_of_a_scene_is_told():
         renderer = Renderer(box, RenderOptions(width=8, height=8), device="cpu")
         renderer.render(camera=Camera("/c", matrix, (-0.2, 0.2, -0.2, 0.2)))
         assert [note.code for note in renderer.diagnostics] == codes
+
+
+def test_what_is_in_view_but_does_not_show_is_not_said_to_lie_elsewhere():
+    """Transparent, held out, hidden from eye rays, or cut off by the clipping range: the camera looks at it."""
+    clear = Material("/m", MaterialModel.PREVIEW, {"opacity": Input((0.0,))}, opacity_mode=OpacityMode.PRESENCE)
+    box = Scene.from_arrays([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], FACES, material=clear)
+    opaque = Scene.from_arrays([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], FACES)
+    hidden = dataclasses.replace(opaque.instances, seen_by=np.array([RayMask.ALL & ~RayMask.EYE], np.uint8))
+    matte = dataclasses.replace(opaque.instances, is_matte=np.array([True]))
+    camera = frame_scene(opaque)
+    clipped = dataclasses.replace(camera, clipping_range=(0.0, 0.5))
+    scenes = [(box, camera), (opaque, clipped)]
+    scenes += [(dataclasses.replace(opaque, instances=instances), camera) for instances in (hidden, matte)]
+    for scene, view in scenes:
+        renderer = Renderer(scene, RenderOptions(width=8, height=8), device="cpu")
+        assert not renderer.render(camera=view).alpha.any()
+        assert [note.code for note in renderer.diagnostics] == ["N902"]
+
+
+def _moved(*to):
+    matrix = np.eye(4)
+    matrix[:3, 3] = to
+    return matrix
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "eye", "share"),
+    [
+        ((-1, -1, -3), (1, 1, -2), (0, 0, 0), 0.25),  # its front face, of half side 1 / 2
+        ((-1, -1, -2), (1, 1, -2), (0, 0, 0), 0.25),  # flat
+        ((0, 0, -3), (9, 9, -2), (0, 0, 0), 0.25),  # a quarter of the window, the rest beyond it
+        ((-1, -1, -1), (1, 1, 1), (0, 0, 0), 1.0),  # from inside
+        ((-1, -1, 2), (1, 1, 3), (0, 0, 0), 0.0),  # behind
+        ((5, -1, -3), (7, 1, -2), (0, 0, 0), 0.0),  # beside
+        ((1, -1, -4), (2, 1, 4), (0, 0, 0), 15 / 64),  # from beside it: |y| < x between x = 1 / 4 and 1
+    ],
+)
+def test_the_share_of_a_box_in_the_picture(low, high, eye, share):
+    camera = Camera("/c", _moved(*eye), (-1, 1, -1, 1))
+    assert share_of_picture(np.array([low, high], float), camera, 8, 8, Settings()) == pytest.approx(share)
+
+
+@pytest.mark.parametrize(("near", "share"), [(0.0, 0.0), (-9.0, 0.25)])
+def test_an_orthographic_camera_sees_what_is_behind_it_from_its_near_distance_on(near, share):
+    camera = Camera("/c", np.eye(4), (-1, 1, -1, 1), is_perspective=False, clipping_range=(near, 9.0))
+    box = np.array([[-0.5, -0.5, 2], [0.5, 0.5, 3]])
+    assert share_of_picture(box, camera, 8, 8, Settings()) == pytest.approx(share)
+    assert share_of_picture(box - (0, 0, 5), camera, 16, 8, Settings()) == pytest.approx(
+        0.125
+    )  # a window twice as wide
 
 
 @pytest.mark.parametrize(
