@@ -11,7 +11,7 @@ Reference: Veach (1997), Robust Monte Carlo Methods for Light Transport Simulati
 
 import warp as wp
 
-from .constants import GLOSS_SHARE, IMAGE_SHARE
+from .constants import GLOSS_SHARE, IMAGE_SHARE, SHADOW_END
 from .emission import is_mirrored, light_emission
 from .environment import dome_radiance
 from .light import KIND_MESH
@@ -20,7 +20,7 @@ from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong, u
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import meet_shaped, sample_shaped
-from .sample_mesh import sample_mesh
+from .sample_mesh import meet_mesh, sample_mesh
 from .structs import SceneData
 from .vector import fresnel_schlick, max_component
 
@@ -71,8 +71,7 @@ def light_at(scene: wp.ref[SceneData], shading: wp.ref[Shading], row: int, light
         scales = unmirrored_scales(shading, light.diffuse, light.specular)
         e.base = scales[1]
         e.coat = scales[2]
-    # All triangles of a mesh would have to be tried for a direction that comes from elsewhere.
-    share_samples(e, shading, 0.0 if light.kind == KIND_MESH else GLOSS_SHARE)
+    share_samples(e, shading, GLOSS_SHARE)
     return e
 
 
@@ -144,8 +143,10 @@ def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, 
 
 @wp.func
 def meet_emitter(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, row: int, wi: wp.vec3) -> LightDirection:
-    """Return what :func:`sample_where_it_is` makes of a unit direction that comes from elsewhere."""
+    """Return what :func:`sample_where_it_is` makes of a direction from elsewhere: of a mesh, of its nearest point."""
     if row < scene.light_count:
+        if scene.lights[row].kind == KIND_MESH:
+            return meet_mesh(scene, scene.lights[row].mesh, position, wi)
         return meet_shaped(scene.lights[row], position, wi)
     dome = scene.domes[row - scene.light_count]
     s = LightDirection()
@@ -185,10 +186,15 @@ def sample_emitter(
     if d.pdf <= 0.0 or wp.dot(shading.n, d.wi) <= 0.0:
         return s
     pdf = d.pdf * own
+    met = float(1.0)
+    if u[0] < own and own < 1.0 and e.row < scene.light_count and scene.lights[e.row].kind == KIND_MESH:
+        # Where a mesh is behind itself, lobes sample what is nearest alone.
+        nearest = meet_mesh(scene, scene.lights[e.row].mesh, position, d.wi)
+        met = 1.0 if nearest.distance >= d.distance * SHADOW_END else 0.0
     if e.base_share > 0.0:
-        pdf += e.base_share * ggx_pdf(shading.n, shading.wo, shading.alpha, d.wi)
+        pdf += met * e.base_share * ggx_pdf(shading.n, shading.wo, shading.alpha, d.wi)
     if e.coat_share > 0.0:
-        pdf += e.coat_share * ggx_pdf(shading.n, shading.wo, shading.coat_alpha, d.wi)
+        pdf += met * e.coat_share * ggx_pdf(shading.n, shading.wo, shading.coat_alpha, d.wi)
     s.wi = d.wi
     s.distance = d.distance
     if e.row < scene.light_count:

@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Mesh lights: their triangles, sampled by area, and as a whole."""
+"""Mesh lights: their triangles sampled by area, and met by directions that come from elsewhere."""
 
 import warp as wp
 
-from .constants import MESH_LIGHT_PATCHES, SHADOW_END
-from .light import LightSample, cone_factor, edge_irradiance
 from .light_direction import LightDirection
-from .structs import LightData, LightMeshData, LightTriangle, SceneData
+from .structs import LightMeshData, LightTriangle, SceneData
 
 
 @wp.func
@@ -22,6 +20,20 @@ def find_triangle(scene: wp.ref[SceneData], mesh: LightMeshData, u: float) -> in
         else:
             high = middle
     return mesh.offset + low
+
+
+@wp.func
+def seen_triangle(mesh: LightMeshData, triangle: LightTriangle, wi: wp.vec3, distance: float) -> LightDirection:
+    """Return a point of a triangle with the density that sampling the light's area has; 0 on a side that is dark."""
+    s = LightDirection()
+    s.distance = distance
+    s.wi = wi
+    seen = -wp.dot(wp.normalize(wp.cross(triangle.side_x, triangle.side_y)), wi)
+    if mesh.is_double_sided != 0:
+        seen = wp.abs(seen)
+    if seen > 0.0:
+        s.pdf = distance * distance / (seen * mesh.area)
+    return s
 
 
 @wp.func
@@ -44,133 +56,83 @@ def sample_mesh(scene: wp.ref[SceneData], row: int, position: wp.vec3, u: wp.vec
         before = scene.light_triangles[k - 1].share
     root = wp.sqrt(wp.clamp((u[0] - before) / wp.max(triangle.share - before, 1.0e-30), 0.0, 1.0))
     p = triangle.origin + triangle.side_x * (1.0 - root) + triangle.side_y * (u[1] * root) - position
-    s = LightDirection()
-    s.distance = wp.length(p)
-    s.wi = p / wp.max(s.distance, 1.0e-30)
-    normal = wp.cross(triangle.side_x, triangle.side_y)
-    seen = -wp.dot(wp.normalize(normal), s.wi)
-    if mesh.is_double_sided != 0:
-        seen = wp.abs(seen)
-    if seen > 0.0:
-        s.pdf = s.distance * s.distance / (seen * mesh.area)
-    return s
-
-
-@wp.struct
-class VisiblePart:
-    """What of a triangle is above a surface's horizon."""
-
-    irradiance: wp.vec3
-    """Vector irradiance from it for radiance 1, either sign."""
-    center: wp.vec3
-    """Mean of its corners, from the surface."""
+    distance = wp.length(p)
+    return seen_triangle(mesh, triangle, p / wp.max(distance, 1.0e-30), distance)
 
 
 @wp.func
-def add_edge(part: wp.ref[VisiblePart], a: wp.vec3, b: wp.vec3):
-    """Add an edge of the visible polygon, from a corner to the next one, as seen from the surface."""
-    part.irradiance += 0.5 * edge_irradiance(wp.normalize(a), wp.normalize(b))
-    part.center += a
+def next_cluster(node: int, is_entered: bool) -> int:
+    """Return the row of the cluster of a mesh light that comes next, depth first; 1, the root, after the last.
+
+    Args:
+        node: Row of the one before, of the heap of ``LightMeshData.clusters``, where 2 k and 2 k + 1 are in k.
+        is_entered: Whether the two that are in it are next.
+    """
+    if is_entered:
+        return 2 * node
+    following = node + 1
+    while following % 2 == 0:
+        following = following / 2
+    return following
 
 
 @wp.func
-def triangle_irradiance(triangle: LightTriangle, position: wp.vec3, n: wp.vec3) -> VisiblePart:
-    """Return the vector irradiance at a surface from what is above its horizon of a triangle of radiance 1.
-
-    The triangle is clipped at the horizon, then its edges are summed by Lambert's formula.
+def meet_triangle(triangle: LightTriangle, position: wp.vec3, wi: wp.vec3) -> float:
+    """Return how far away a ray meets a triangle, from either side; 0 where it does not.
 
     Args:
         triangle: World space.
-        position: Of the surface.
-        n: Its unit normal.
+        position: Where the ray begins.
+        wi: Unit direction.
 
-    Reference: Sutherland and Hodgman (1974), Reentrant Polygon Clipping, CACM 17(1), against one plane.
+    Reference: Moeller and Trumbore (1997), Fast, Minimum Storage Ray/Triangle Intersection, JGT 2(1).
     """
-    part = VisiblePart()
-    a = triangle.origin - position
-    leaves = wp.vec3(0.0, 0.0, 0.0)
-    enters = wp.vec3(0.0, 0.0, 0.0)
-    corners = float(0.0)
-    is_cut = int(0)
-    for k in range(3):
-        b = triangle.origin - position
-        if k == 0:
-            b = b + triangle.side_x
-        elif k == 1:
-            b = b + triangle.side_y
-        height_a = wp.dot(n, a)
-        height_b = wp.dot(n, b)
-        if height_a > 0.0 and height_b > 0.0:
-            add_edge(part, a, b)
-            corners += 1.0
-        elif height_a > 0.0 or height_b > 0.0:
-            is_cut = 1
-            crossing = a + (b - a) * (height_a / (height_a - height_b))
-            corners += 1.0
-            if height_a > 0.0:
-                leaves = crossing
-                add_edge(part, a, crossing)
-            else:
-                enters = crossing
-                add_edge(part, crossing, b)
-        a = b
-    if is_cut != 0:
-        add_edge(part, leaves, enters)
-        corners += 1.0
-    part.center = part.center / wp.max(corners, 1.0)
-    return part
+    across = wp.cross(wi, triangle.side_y)
+    determinant = wp.dot(triangle.side_x, across)
+    if determinant == 0.0:
+        return 0.0
+    start = position - triangle.origin
+    u = wp.dot(start, across) / determinant
+    down = wp.cross(start, triangle.side_x)
+    v = wp.dot(wi, down) / determinant
+    if u < 0.0 or v < 0.0 or u + v > 1.0:
+        return 0.0
+    return wp.max(wp.dot(triangle.side_y, down) / determinant, 0.0)
 
 
 @wp.func(inline=False)
-def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
-    """Return how a mesh light reaches a surface as a whole: what of it faces the surface, and nothing in between.
-
-    Up to ``MESH_LIGHT_PATCHES`` triangles are summed by Lambert's formula, clipped at the horizon. Of more, that number
-    of equal shares of the area stands for them, each as a patch where its middle triangle is, left out where that is
-    below the horizon. The shadow ray goes to what adds most.
+def meet_mesh(scene: wp.ref[SceneData], row: int, position: wp.vec3, wi: wp.vec3) -> LightDirection:
+    """Return the nearest point of a mesh light that shines on a point from a unit direction, as if it were sampled.
 
     Args:
-        scene: Lights' triangles.
-        light: The light.
-        position: Of the surface.
-        n: Its unit normal.
+        scene: Lights' triangles and clusters.
+        row: Of ``SceneData.light_meshes``.
+        position: Of the point.
+        wi: The direction.
     """
-    mesh = scene.light_meshes[light.mesh]
-    flux = wp.vec3(0.0, 0.0, 0.0)
-    to_target = wp.vec3(0.0, 0.0, 0.0)
-    most = float(0.0)
-    count = wp.min(mesh.count, MESH_LIGHT_PATCHES)
-    for k in range(count):
-        row = mesh.offset + k
-        if mesh.count > count:
-            row = find_triangle(scene, mesh, (float(k) + 0.5) / float(count))
-        triangle = scene.light_triangles[row]
-        center = triangle.origin + (triangle.side_x + triangle.side_y) / 3.0 - position
-        normal = wp.cross(triangle.side_x, triangle.side_y)
-        outwards = wp.dot(normal, center)
-        if mesh.is_double_sided != 0 or outwards < 0.0:
-            part = VisiblePart()
-            if mesh.count == count:
-                part = triangle_irradiance(triangle, position, n)
-                if outwards < 0.0:
-                    part.irradiance = -part.irradiance
-            elif wp.dot(n, center) > 0.0:
-                d2 = wp.max(wp.length_sq(center), 1.0e-30)
-                seen = wp.abs(wp.dot(wp.normalize(normal), center))
-                part.irradiance = center * (seen * mesh.area / (float(count) * d2 * d2))
-                part.center = center
-            flux += part.irradiance
-            amount = wp.length(part.irradiance)
-            if amount > most:
-                most = amount
-                to_target = part.center
-    s = LightSample()
-    total = wp.length(flux)
-    if total == 0.0:
-        return s
-    distance = wp.length(to_target)
-    s.wi = flux / total
-    s.to_shadow = to_target / distance
-    s.distance = distance * SHADOW_END
-    s.irradiance = wp.cw_mul(light.emission * total, cone_factor(light, wp.dot(s.to_shadow, light.axis_z), 0.0))
-    return s
+    mesh = scene.light_meshes[row]
+    nearest = LightDirection()
+    nearest.distance = wp.inf
+    nearest.wi = wi
+    node = int(1)
+    while True:
+        is_entered = bool(False)
+        if node >= mesh.leaves:
+            if node - mesh.leaves < mesh.count:
+                triangle = scene.light_triangles[mesh.offset + node - mesh.leaves]
+                distance = meet_triangle(triangle, position, wi)
+                if distance > 0.0 and distance < nearest.distance:
+                    met = seen_triangle(mesh, triangle, wi, distance)
+                    if met.pdf > 0.0:
+                        nearest = met
+        else:
+            cluster = scene.light_clusters[mesh.clusters + node]
+            center = cluster.center - position
+            along = wp.dot(center, wi)
+            beside = wp.length_sq(center - wi * along)
+            r = cluster.radius
+            is_entered = along > -r and along - r < nearest.distance and beside <= r * r
+        node = next_cluster(node, is_entered)
+        if node == 1:
+            break
+    return nearest

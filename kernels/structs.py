@@ -205,6 +205,27 @@ class LightMeshData:
     """Of all of them, world space."""
     is_double_sided: wp.int32
     """1: it shines to both sides, 0: outwards."""
+    leaves: wp.int32
+    """``count`` rounded up to a power of two."""
+    clusters: wp.int32
+    """Where its heap begins in ``SceneData.light_clusters``: rows 1 (all of it) to ``leaves`` - 1, row k holding what
+    rows 2 k and 2 k + 1 hold; rows from ``leaves`` on are triangles."""
+
+
+@wp.struct
+class LightCluster:
+    """Triangles of a mesh light that lie near to one another."""
+
+    center: wp.vec3
+    """Their centre of area, world space."""
+    radius: wp.float32
+    """Of the ball about it that holds them."""
+    area: wp.vec3
+    """Sum of their normals, each as long as its triangle is large."""
+    cos_spread: wp.float32
+    """Cosine of the largest angle between that and a triangle's normal; 2: it is empty."""
+    middle: wp.int32
+    """One of them, of the light's."""
 
 
 @wp.struct
@@ -308,6 +329,7 @@ class SceneData:
     light_textures: wp.array[LightTextureData]
     light_meshes: wp.array[LightMeshData]
     light_triangles: wp.array[LightTriangle]
+    light_clusters: wp.array[LightCluster]
     profile_numbers: wp.array[wp.float32]
     domes: wp.array[DomeData]
     dome_count: wp.int32

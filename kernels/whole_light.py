@@ -32,10 +32,10 @@ from .light_direction import LightDirection
 from .outline import SeenPart, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
-from .sample_mesh import mesh_light
 from .sampling import concentric_disk
 from .structs import LightData, SceneData
 from .vector import max_magnitude
+from .whole_mesh import mesh_light
 
 DARK = wp.constant(0)
 """What :func:`cone_view` says of a light: all of it is outside of its cone,"""

@@ -511,6 +511,8 @@ def _pack_lights(
     data.light_meshes = pack.records(structs.LightMeshData, tables.meshes)
     triangles = [np.zeros(0, structs.LightTriangle.numpy_dtype()), *tables.triangles]
     data.light_triangles = pack.array(np.concatenate(triangles), structs.LightTriangle)
+    clusters = [np.zeros(0, structs.LightCluster.numpy_dtype()), *tables.clusters]
+    data.light_clusters = pack.array(np.concatenate(clusters), structs.LightCluster)
     data.light_textures = pack.records(structs.LightTextureData, tables.textures)
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from warp_rt.kernels import structs
+from warp_rt.light_clusters import leaf_count, light_clusters
 from warp_rt.scene import Light, Profile, Shadow
 
 
@@ -57,6 +58,8 @@ class LightTables:
         """Rows of ``kernels.structs.SceneData.light_meshes``."""
         self.triangles: list[np.ndarray] = []
         """Of each of them, of ``kernels.structs.LightTriangle``."""
+        self.clusters: list[np.ndarray] = []
+        """Of each of them, of ``kernels.structs.LightCluster``."""
         self._image_of = image_of
         self._numbers: list[np.ndarray] = []
         self._number_count = 0
@@ -121,9 +124,14 @@ class LightTables:
                 "count": len(table),
                 "area": areas.sum(),
                 "is_double_sided": light.is_double_sided,
+                "leaves": leaf_count(len(table)),
+                "clusters": sum(map(len, self.clusters)),
             }
         )
         self.triangles.append(table)
+        self.clusters.append(
+            light_clusters(corners[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides], axis=1))
+        )
         return len(self.meshes) - 1
 
     def profile_numbers(self) -> np.ndarray:

@@ -88,13 +88,13 @@ def test_it_shines_outwards_also_when_mirrored(mirror: tuple) -> None:
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_ball_of_many_triangles(place: tuple[float, float]) -> None:
-    """512 triangles: sampled exactly; as a whole 64 patches of them, some of which face the place."""
+    """512 triangles: sampled, and as a whole in clusters, some of which face the place."""
     matrix = np.diag([0.5, 0.5, 0.5, 1.0])
     matrix[:3, 3] = (0, 0, 2)
     light = mesh(ball(), matrix)
     expected = L * quadrature(ball(), matrix, place)
     np.testing.assert_allclose(lit(light, place, light_samples=4096), expected, rtol=0.01)
-    np.testing.assert_allclose(lit(light, place), expected, rtol=0.12)
+    np.testing.assert_allclose(lit(light, place), expected, rtol=5e-3)
     sphere = lamp(LightKind.SPHERE, (0, 0, 2), L, radius=0.5)
     np.testing.assert_allclose(expected, lit(sphere, place), rtol=0.02)
 
@@ -130,18 +130,18 @@ def test_cone_and_focus_shape_it() -> None:
 @pytest.mark.parametrize("times", [0, 2, 4])
 @pytest.mark.parametrize("tilt", [(1.0, 0.0, 0.0), (1.0, 0.0, 0.3)])
 def test_what_is_below_the_horizon_gives_nothing(tilt: tuple, times: int) -> None:
-    """A quad through the floor: clipped exactly, by 64 patches of 512 triangles within what docs say, and sampled."""
+    """A quad through the floor: clipped exactly, in clusters of 512 triangles within what docs say, and sampled."""
     matrix = looking(tilt, (-1.0, 0.1, 0.2)) @ np.diag([1.5, 1.5, 1.0, 1.0])
     light = mesh(refined(TRIANGLES, times), matrix, is_double_sided=True)
     place = (0.3, 0.1)
-    quad = refined(TRIANGLES, 3)
+    quad = refined(TRIANGLES, 5)
     expected = L * quadrature(quad, matrix, place)
     assert expected[0] > 0.05
-    np.testing.assert_allclose(lit(light, place), expected, rtol=0.12 if times == 4 else 5e-3)
+    np.testing.assert_allclose(lit(light, place), expected, rtol=5e-3)
     np.testing.assert_allclose(lit(light, place, light_samples=1024), expected, rtol=0.01)
 
 
-@pytest.mark.parametrize(("roughness", "samples"), [(0.05, 0), (0.05, 64), (0.25, 0), (0.3, 16384)])
+@pytest.mark.parametrize(("roughness", "samples"), [(0.05, 0), (0.05, 64), (0.25, 0), (0.3, 256)])
 def test_a_glowing_mesh_is_mirrored_or_highlighted_not_both(roughness: float, samples: int) -> None:
     """A metal under a glowing quad looks as under the rect that rays see, as the eye sees that in the mirror."""
     metal = preview(use_specular_workflow=True, specularColor=1.0, diffuseColor=0.0, roughness=roughness)
@@ -154,6 +154,21 @@ def test_a_glowing_mesh_is_mirrored_or_highlighted_not_both(roughness: float, sa
     camera = parallel((0.1, 0.0, 1.0))
     found = radiance(scene_of(square(metal), drawn, lights=[light]), camera, light_samples=samples)
     expected = radiance(scene_of(square(metal), lights=[rect]), camera, light_samples=samples, lights_visible=True)
+    np.testing.assert_allclose(found, expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6])
+def test_a_mesh_behind_itself_is_two_lights(roughness: float) -> None:
+    """Without shadows both layers shine through: samples by the lobe, which meet the nearest alone, leave none out."""
+    metal = preview(use_specular_workflow=True, specularColor=1.0, diffuseColor=0.1, roughness=roughness)
+    # Both are seen from the mirrored direction's side, one in front of the other.
+    high = TRIANGLES * np.float32(2) + np.float32([0, 0, 1])
+    matrix = looking((0, 0, -1), (0, 0, 2))
+    layers = [mesh(part, matrix, casts_shadow=False) for part in (TRIANGLES, high)]
+    both = mesh(np.concatenate([TRIANGLES, high]), matrix, casts_shadow=False)
+    camera = parallel((1.0, 0.2, 1.0), (-1.0, 0.0, -1.0))
+    expected = sum(radiance(scene_of(square(metal), lights=[one]), camera, light_samples=4096) for one in layers)
+    found = radiance(scene_of(square(metal), lights=[both]), camera, light_samples=4096)
     np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
