@@ -87,6 +87,8 @@ def test_factors_multiply_the_candela():
         lambda text: text.replace(" ", ", "),
         lambda text: text.replace("1 2", "1\n\n 2"),
         lambda text: text.replace("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8"),
+        lambda text: text.replace("TILT=NONE", "TILT = INCLUDE\n2\n1 0\n1"),
+        lambda text: text.replace("TILT=NONE", "TILT=lamp.tlt"),
         lambda text: text.replace("IESNA:LM-63-2002\n[TEST] none\n", ""),
         lambda text: text + "9 9 9\n",
         lambda text: text + "\x1a",

@@ -24,7 +24,7 @@ BAD_PROFILE = "W402"
 
 _MAX_BYTES = 1 << 26
 _MAX_ANGLES = 1 << 14
-_TYPE_C, _TYPE_B = 1, 2
+_TYPE_C, _TYPE_B, _TYPE_A = 1, 2, 3
 _CTRL_Z = "\x1a"
 _KEYWORD = re.compile(r"^TILT\s*=\s*(\S*)[^\n]*\n?", re.MULTILINE)
 # Angles that differ by less are equal [degree]: some programs write 89.99999.
@@ -93,7 +93,8 @@ def parse_profile(text: str) -> Profile:
     vertical_count, horizontal_count = _count(numbers, 3, "vertical angles"), _count(numbers, 4, "horizontal angles")
     kind = int(numbers[5])
     if kind not in (_TYPE_C, _TYPE_B):
-        raise SceneError("it is of photometric type A" if kind == 3 else f"{kind} is no photometric type")
+        reason = "it is of photometric type A, and types B and C alone are read"
+        raise SceneError(reason if kind == _TYPE_A else f"{kind} is no photometric type")
     factor = numbers[2] * numbers[10] * numbers[11]  # candela multiplier, ballast factor, ballast-lamp factor
     needed = 13 + vertical_count + horizontal_count + vertical_count * horizontal_count
     if len(numbers) < needed:

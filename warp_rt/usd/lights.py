@@ -108,6 +108,9 @@ def read_light(
     path = prim.GetPath()
     mesh = meshes.read(prim) if kind == "Mesh" else None
     if (kind not in _KINDS and kind not in _DOMES) or (kind == "Mesh" and mesh is None):
+        if prim.IsA(UsdGeom.Gprim) and kind != "Mesh":
+            report.warn(UNSUPPORTED_LIGHT, path, f"of geometry only a Mesh can be a light; this {kind} gives no light")
+            return None
         name = "a light without a type" if not kind else f"a {kind} as a light"
         why = "is not drawn" if kind == "Mesh" else "is not supported"
         report.warn(UNSUPPORTED_LIGHT, path, f"{name} {why}; it gives no light")
