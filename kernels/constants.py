@@ -355,3 +355,7 @@ FOCUS_DARK = wp.constant(1.0e-3)
 FAR_PROFILE = wp.constant(64.0)
 """Distance, in half diagonals, from which a light with a profile counts as if all of it were at its centre: there it is
 2 degrees wide."""
+
+SEAM = wp.constant(1.0e-5)
+"""Distance beyond a UDIM tile, in tiles, and beyond the first in parts of its coordinate, at which a place still counts
+as on its edge: interpolated coordinates are off by some units of their last bit."""

@@ -8,6 +8,7 @@ Where a footprint is wider than a tile, the means of the tiles that there are ar
 
 import warp as wp
 
+from .constants import SEAM
 from .structs import ImageData, SceneData
 from .texture import WRAP_CLAMP, make_probes, sample_image
 
@@ -32,7 +33,9 @@ def tile_at(scene: wp.ref[SceneData], grid: ImageData, tiles: int, column: int, 
 
 @wp.func
 def find_tile(scene: wp.ref[SceneData], grid: ImageData, tiles: int, u: float, v: float) -> Tile:
-    """Return the tile about (u, v); where there is none, one whose edge is within half a texel, for seams end there.
+    """Return the tile about (u, v); where there is none, one on whose edge it lies to within rounding.
+
+    Seams end on the edges of tiles; beyond them an absent tile is transparent black.
 
     Args:
         scene: Shading data.
@@ -56,9 +59,9 @@ def find_tile(scene: wp.ref[SceneData], grid: ImageData, tiles: int, u: float, v
         row = tile.row + (above if k != 1 else 0)
         image = tile_at(scene, grid, tiles, column, row)
         if image >= 0:
-            distance_u = wp.min(s, 1.0 - s) * float(scene.images[image].width) if k != 2 else 0.0
-            distance_v = wp.min(t, 1.0 - t) * float(scene.images[image].height) if k != 1 else 0.0
-            if wp.max(distance_u, distance_v) <= 0.5:
+            is_at_u = k == 2 or wp.min(s, 1.0 - s) <= SEAM * wp.max(wp.abs(u), 1.0)
+            is_at_v = k == 1 or wp.min(t, 1.0 - t) <= SEAM * wp.max(wp.abs(v), 1.0)
+            if is_at_u and is_at_v:
                 tile.column = column
                 tile.row = row
                 tile.image = image

@@ -15,6 +15,8 @@ import numpy as np
 from warp_rt.scene import Image, Texture, Wrap
 from warp_rt.srgb import linear_from_srgb
 
+_SEAM = 1e-5  # tiles, or parts of a coordinate beyond the first: kernels/constants.py has the same
+
 
 def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.ndarray) -> np.ndarray:
     """Return decode(texel) * scale + bias by bilinear interpolation; the unscaled fallback without an image.
@@ -53,7 +55,7 @@ def _image_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> 
 def _tile_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> np.ndarray:
     """Return decoded values of UDIM tiles, float64, shape [n, 4]: nothing where there is none.
 
-    Where there is none within half a texel of the edge of one, it is that one, for seams end there.
+    Where there is none, on the edge of one to within rounding, it is that one, for seams end there.
     """
     tiles = texture.tiles
     found = np.zeros((len(uv), 4))
@@ -61,16 +63,17 @@ def _tile_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> n
     if tiles is None:
         return found
     grid = [(image, row, column) for row, images_ in enumerate(tiles.images) for column, image in enumerate(images_)]
+    in_grid = uv - (tiles.left, tiles.bottom)
+    edge = _SEAM * np.maximum(np.abs(in_grid), 1.0)
     for is_exact in (True, False):
         for image, row, column in grid:
             if image < 0:
                 continue
-            place = uv - (tiles.left + column, tiles.bottom + row)
-            height, width = images[image].pixels.shape[:2]
+            place = in_grid - (column, row)
             if is_exact:
                 is_here = ((place >= 0) & (place < 1)).all(axis=1)
             else:
-                is_here = (np.abs(place - 0.5) <= 0.5 + 0.5 / np.array((width, height))).all(axis=1)
+                is_here = (np.abs(place - 0.5) <= 0.5 + edge).all(axis=1)
             chosen = np.flatnonzero(is_here & ~is_done)
             one = replace(texture, image=image, tiles=None, wrap_s=Wrap.CLAMP, wrap_t=Wrap.CLAMP)
             found[chosen] = _image_values(one, images, place[chosen])

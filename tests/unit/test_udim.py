@@ -85,6 +85,27 @@ def test_where_no_tile_is_there_is_nothing_but_for_seams_on_the_edges_of_tiles()
     assert all(pixels.min() <= value <= pixels.max() for value, pixels in zip(got, expected, strict=True))
 
 
+def test_tiles_end_at_their_edges_where_none_follows():
+    """A tenth of a texel beyond them, and at a thousandth, an absent tile is transparent black; inside it is not."""
+    texel = np.array([1 / 16, 1 / 16, 1 / 7, 1 / 5])  # of tiles 0, 1, and 3 across and up
+    out = np.array([(0.0, 1.0), (1.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+    edges = np.array([(2.5, 2.0), (4.0, 1.5), (5.0, 2.5), (4.5, 3.0)])
+    for part in (0.4, 0.1, 1e-3):
+        step = part * texel[:, None] * out
+        for found in (evaluate(TEXTURE, IMAGES, edges + step), texture_values(TEXTURE, IMAGES, edges + step)):
+            np.testing.assert_array_equal(found, 0.0)
+        for found in (evaluate(TEXTURE, IMAGES, edges - step), texture_values(TEXTURE, IMAGES, edges - step)):
+            assert (found[:, 3] > 0).all()
+
+
+def test_what_rounding_puts_beyond_a_tile_is_on_its_edge():
+    """In the kernel and on the host, up to the same distance, which grows with the coordinate as rounding does."""
+    beyond = np.array([(4.0 + 1.5e-5, 1.5), (2.5, 2.0 + 0.8e-5), (4.0 + 2.5e-5, 1.5), (2.5, 2.0 + 1.3e-5)])
+    is_there = [True, True, False, False]  # tile 1 ends at 2 across the grid, tile 0 at 1 up
+    assert (evaluate(TEXTURE, IMAGES, beyond)[:, 3] > 0).tolist() == is_there
+    assert (texture_values(TEXTURE, IMAGES, beyond)[:, 3] > 0).tolist() == is_there
+
+
 @pytest.mark.parametrize("size", [1 / 8, 1 / 4, 1 / 2, 1.0])
 @pytest.mark.parametrize(("row", "place"), PLACES.items())
 def test_a_footprint_within_a_tile_is_its_mean_there(row, place, size):

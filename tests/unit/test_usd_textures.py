@@ -467,7 +467,7 @@ def test_udim_tiles_lie_side_by_side(tmp_path):
 def test_beyond_the_outermost_udim_tiles_is_nothing(tmp_path):
     """An absent tile is the same within the rectangle of those there are and outside; seams on its edge are not cut."""
     _, texture, images, _ = udim(tmp_path, t1001=np.full((2, 2, 3), 255, np.uint8))
-    uv = np.array([(0.5, 0.5), (1.0, 1.0), (1.01, 0.5), (1.5, 0.5), (0.5, -0.5), (7.5, 0.5)])
+    uv = np.array([(0.5, 0.5), (1.0, 1.0), (1.000001, 0.5), (1.01, 0.5), (0.5, -0.01), (7.5, 0.5)])
     expected = [1, 1, 1, 0, 0, 0]
     np.testing.assert_array_equal(texture_values(texture, images, uv), np.repeat(expected, 4).reshape(-1, 4))
 
