@@ -71,6 +71,12 @@ have some 1200."""
 SHADOW_RAYS = wp.constant(2048)
 """Shadow rays that wait for each other."""
 
+LAST_RAYS = wp.constant(4096)
+"""Rays at the end of a query that are taken in spans of LAST_SPAN, so that workers end together."""
+
+LAST_SPAN = wp.constant(256)
+"""Rays of such a span: a quarter of GROUP_SPAN, which makes groups less full."""
+
 LAUNCH_SPANS = wp.constant(64)
 """Spans that a worker takes in one launch, some 30 ms at most: between launches an interrupt is heard."""
 

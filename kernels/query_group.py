@@ -17,11 +17,11 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 @wp.kernel
 def query_closest_hit_group(
     accels: wp.array[AccelData],
+    span: RaySpan,
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     sorted: wp.array[int],
-    span: RaySpan,
     next: wp.array[int],
     t_out: wp.array[float],
     u_out: wp.array[float],
@@ -42,11 +42,11 @@ def query_closest_hit_group(
 @wp.kernel
 def query_any_hit_group(
     accels: wp.array[AccelData],
+    span: RaySpan,
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     sorted: wp.array[int],
-    span: RaySpan,
     next: wp.array[int],
     blocked_out: wp.array[wp.bool],
 ):

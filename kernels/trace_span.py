@@ -8,7 +8,7 @@ from .bvh_flight import Flights, is_for_flights, trace_flights
 from .bvh_group import RayGroup, trace_group
 from .bvh_structs import AccelData
 from .bvh_traverse import is_ray_finite
-from .constants import GROUP, GROUP_SPAN, LAUNCH_SPANS, SCATTER_STRIDE, SCATTERED
+from .constants import GROUP, GROUP_SPAN, LAST_RAYS, LAST_SPAN, LAUNCH_SPANS, SCATTER_STRIDE, SCATTERED
 from .gather_rays import load_group
 from .intersect_packet import COLUMNS, VECTOR_TYPES, octant_of
 from .native import spell_out
@@ -31,21 +31,39 @@ class RaySpan:
 
 
 _TAKE = r"""
+    int begin = *(volatile int*)next.data;
+    while (true) {
+        const int end = begin + (count - begin > LAST_RAYS ? GROUP_SPAN : LAST_SPAN);
 #if defined(__CUDA_ARCH__)
-    return (int)atomicAdd((unsigned int*)next.data, (unsigned int)GROUP_SPAN);
+        const int found = atomicCAS((int*)next.data, begin, end);
+        if (found == begin)
+            return begin;
+        begin = found;
 #else
-    return __atomic_fetch_add((int*)next.data, GROUP_SPAN, __ATOMIC_RELAXED);
+        if (__atomic_compare_exchange_n((int*)next.data, &begin, end, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+            return begin;
 #endif
+    }
 """
 
 
-@wp.func_native(spell_out(_TAKE, GROUP_SPAN=GROUP_SPAN))
-def take_span(next: wp.array[int]) -> int:
+@wp.func_native(spell_out(_TAKE, GROUP_SPAN=GROUP_SPAN, LAST_RAYS=LAST_RAYS, LAST_SPAN=LAST_SPAN))
+def take_span(next: wp.array[int], count: int) -> int:
     """Return the first ray of a span that no other thread has, and move ``next[0]`` on to the following one's.
 
-    Native, for Warp's own ``atomic_add`` is not atomic between launches of several CPU threads.
+    Native, for Warp's own atomics are not atomic between launches of several CPU threads.
+
+    Args:
+        next: shape [1].
+        count: Rays of the query; what is returned may lie beyond them.
     """
     ...
+
+
+@wp.func
+def span_size(left: int) -> int:
+    """Return how many rays a span has that begins ``left`` rays before the end of a query. See ``take_span``."""
+    return GROUP_SPAN if left > LAST_RAYS else wp.min(left, LAST_SPAN)
 
 
 _SORT = (
@@ -234,8 +252,9 @@ def trace_spans(
 ):
     """Trace spans that no other thread has until there are no more, but at most LAUNCH_SPANS. See ``trace_span``."""
     for _turn in range(wp.int32(LAUNCH_SPANS)):
-        begin = take_span(next)
-        if begin >= origins.shape[0]:
+        begin = take_span(next, origins.shape[0])
+        left = origins.shape[0] - begin
+        if left <= 0:
             return
         trace_span(
             accel,
@@ -245,6 +264,6 @@ def trace_spans(
             t_max,
             sorted,
             begin,
-            wp.min(GROUP_SPAN, origins.shape[0] - begin),
+            span_size(left),
             results,
         )

@@ -86,8 +86,8 @@ class Accel:
     statistics: BvhStatistics
     layout: Layout | None
     """Where the meshes' trees lie, for ``refit_accel``; None where there are none."""
-    idle_spans: deque[Any] = field(default_factory=deque, init=False, repr=False)
-    """Scratch memory of array queries that no query uses at the moment; ray_span.py."""
+    idle_launches: deque[Any] = field(default_factory=deque, init=False, repr=False)
+    """Launches of array queries that no query uses at the moment; span_launches.py."""
 
     @property
     def origin(self) -> np.ndarray:

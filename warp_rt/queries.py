@@ -15,7 +15,7 @@ from warp_rt.errors import OptionError
 from warp_rt.kernels import constants, query, query_group
 from warp_rt.options import check_threads
 from warp_rt.ray_order import sort_rays
-from warp_rt.ray_span import keep_ray_spans, take_ray_span
+from warp_rt.span_launches import describe, keep_span_launches, take_span_launches
 from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
@@ -75,7 +75,9 @@ def closest_hit(
     rays = _Rays(accel, origins, directions, t_max)
     arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
     _launch(accel, query.query_closest_hit, rays, list(arrays.values()), threads)
-    return Hits(**{name: rays.result(getattr(out, name, None), array) for name, array in arrays.items()})
+    return Hits(
+        **{name: rays.result(getattr(out, name, None), arrays[name], dtype) for name, dtype in _HIT_TYPES.items()}
+    )
 
 
 def any_hit(
@@ -91,7 +93,7 @@ def any_hit(
     rays = _Rays(accel, origins, directions, t_max)
     blocked = rays.output(out, "out", wp.bool)
     _launch(accel, query.query_any_hit, rays, [blocked], threads)
-    return rays.result(out, blocked)
+    return rays.result(out, blocked, wp.bool)
 
 
 def count_hits(
@@ -111,160 +113,151 @@ def count_hits(
     rays = _Rays(accel, origins, directions, t_max)
     count = rays.output(out, "out", wp.int32)
     _launch(accel, query.query_count_hits, rays, [count], threads)
-    return rays.result(out, count)
+    return rays.result(out, count, wp.int32)
 
 
 class _Rays:
-    """Validated rays as Warp arrays on the accel's device, and the way back for results."""
+    """Validated rays in the memory of the accel's device, and the way back for results.
+
+    That memory is a NumPy array on the CPU, whatever the caller's is, and a Warp array on a GPU.
+    """
 
     def __init__(self, accel: Accel, origins: Any, directions: Any, t_max: Any) -> None:
         self.device = accel.device
+        self.is_cpu = accel.device == "cpu"
         self.is_warp = isinstance(origins, wp.array)
         if isinstance(directions, wp.array) != self.is_warp:
             raise OptionError("origins and directions: both NumPy or both Warp arrays expected")
-        self.origins = self._vectors("origins", origins, accel.origin)
-        self.directions = self._vectors("directions", directions, np.zeros(3))
-        self.count = self.origins.shape[0]
-        if self.directions.shape[0] != self.count:
-            raise OptionError(f"origins and directions: {self.count} and {self.directions.shape[0]} rows")
+        self.count: int | None = None
+        self.origins = self._vectors("origins", origins, accel.origin if accel.origin.any() else None)
+        self.count = len(self.origins)
+        self.directions = self._vectors("directions", directions, None)
+        if len(self.directions) != self.count:
+            raise OptionError(f"origins and directions: {self.count} and {len(self.directions)} rows")
         if self.count > _MAX_RAYS:
             raise OptionError(f"origins: {self.count} rays are more than {_MAX_RAYS}")
         self.t_max = self._ends(t_max)
 
-    def output(self, array: Any, name: str, dtype: Any) -> wp.array:
-        """Return the array on the device that a kernel writes: the caller's own wherever that is possible."""
+    def output(self, array: Any, name: str, dtype: Any) -> Any:
+        """Return the memory that a kernel writes: the caller's own wherever that is possible."""
+        expected = wp.dtype_to_numpy(dtype)
         if array is None:
-            return _empty(self.count, dtype, self.device)
+            # NumPy's memory comes in huge pages, and what the last call's results were freed of is used again. Warp's
+            # own comes in pages of 4 KB that fault one by one: 6 ms for the hits of a million rays, a fifth of what it
+            # takes to find them.
+            return np.empty(self.count, expected) if self.is_cpu else wp.empty(self.count, dtype, device=self.device)
         if self.is_warp:
             if not self._checked(name, array, dtype).is_contiguous:
                 raise OptionError(f"{name}: a contiguous array expected")
-            return array
-        expected = wp.dtype_to_numpy(dtype)
+            return array.numpy() if self.is_cpu else array
         if not isinstance(array, np.ndarray) or array.dtype != expected or array.shape != (self.count,):
             raise OptionError(f"{name}: a NumPy array of {np.dtype(expected).name}, shape [{self.count}], expected")
         if not array.flags.c_contiguous or not array.flags.writeable:
             raise OptionError(f"{name}: a contiguous, writable array expected")
-        if self.device == "cpu":
-            return wp.array(array, dtype=dtype, device="cpu", copy=False)
-        return wp.empty(self.count, dtype=dtype, device=self.device)
+        return array if self.is_cpu else wp.empty(self.count, dtype, device=self.device)
 
-    def result(self, array: Any, written: wp.array) -> Any:
+    def result(self, array: Any, written: Any, dtype: Any) -> Any:
         """Return what the caller gets for an output."""
+        if self.is_cpu:
+            if array is not None:
+                return array
+            return wp.array(written, dtype=dtype, device="cpu", copy=False) if self.is_warp else written
         if self.is_warp:
             return written
         if array is None:
             return written.numpy()
-        if self.device != "cpu":
-            array[...] = written.numpy()
+        array[...] = written.numpy()
         return array
 
-    def _vectors(self, name: str, values: Any, shift: np.ndarray) -> wp.array:
+    def _vectors(self, name: str, values: Any, shift: np.ndarray | None) -> Any:
         if self.is_warp:
             array = self._checked(name, values, wp.vec3).contiguous()
-            if not shift.any():
+            if shift is None and not self.is_cpu:
                 return array
-            return wp.array(array.numpy().astype(np.float64) - shift, dtype=wp.vec3, device=self.device)
+            values = array.numpy()
         values = np.asarray(values)
         if values.ndim != 2 or values.shape[1] != 3 or values.dtype.kind not in "fiu":
             raise OptionError(f"{name}: numbers of shape [n, 3] expected, got {values.dtype} {list(values.shape)}")
-        if shift.any():
+        if shift is not None:
             values = values.astype(np.float64) - shift
         values = np.ascontiguousarray(values, np.float32)
-        return wp.array(values, dtype=wp.vec3, device=self.device, copy=self.device != "cpu")
+        return values if self.is_cpu else wp.array(values, dtype=wp.vec3, device=self.device)
 
-    def _ends(self, t_max: Any) -> wp.array:
+    def _ends(self, t_max: Any) -> Any:
         if isinstance(t_max, wp.array):
-            return self._checked("t_max", t_max, wp.float32).contiguous()
+            array = self._checked("t_max", t_max, wp.float32).contiguous()
+            return array.numpy() if self.is_cpu else array
         values = np.asarray(t_max)
         if values.dtype.kind not in "fiu":
             raise OptionError(f"t_max: one number or shape [{self.count}] expected, got {values.dtype}")
-        values = values.astype(np.float32, copy=False)
-        if values.ndim == 0:
-            values = values.reshape(1)
-        elif values.shape != (self.count,):
+        if values.ndim > 0 and values.shape != (self.count,):
             raise OptionError(f"t_max: one number or shape [{self.count}] expected, got {list(values.shape)}")
-        return wp.array(values, dtype=wp.float32, device=self.device)
+        values = np.ascontiguousarray(values, np.float32)  # of a number, an array of one
+        return values if self.is_cpu else wp.array(values, dtype=wp.float32, device=self.device)
 
     def _checked(self, name: str, array: Any, dtype: Any) -> wp.array:
-        expected = self.count if hasattr(self, "count") else None
         if (
             not isinstance(array, wp.array)
             or array.dtype != dtype
             or array.ndim != 1
-            or (expected is not None and array.shape[0] != expected)
+            or (self.count is not None and array.shape[0] != self.count)
             or str(array.device) != self.device
         ):
-            size = "n" if expected is None else str(expected)
+            size = "n" if self.count is None else str(self.count)
             raise OptionError(f"{name}: a Warp array of {dtype.__name__}, shape [{size}], on {self.device} expected")
         return array
 
 
-def _empty(count: int, dtype: Any, device: str) -> wp.array:
-    """Return an array of nothing yet; on the CPU, NumPy's memory.
-
-    It comes in huge pages, and what the last call's results were freed of is used again. Warp's own comes in pages of
-    4 KB that fault one by one: 6 ms for the hits of a million rays, a fifth of what it takes to find them.
-    """
-    if device != "cpu":
-        return wp.empty(count, dtype=dtype, device=device)
-    return wp.array(np.empty(count, wp.dtype_to_numpy(dtype)), dtype=dtype, device=device, copy=False)
-
-
-def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[wp.array], threads: int | None) -> None:
+def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any], threads: int | None) -> None:
     """Launch a query kernel over all rays."""
     check_threads(threads)
-    if rays.count == 0:
+    if not rays.count:
         return
-    arrays = [accel.table, rays.origins, rays.directions, rays.t_max]
-    is_cpu = accel.device == "cpu"
-    workers = Workers(threads if is_cpu else 1)
-    is_for_groups = is_cpu and accel.data.intersector == constants.WATERTIGHT
+    workers = Workers(threads if rays.is_cpu else 1)
+    is_for_groups = rays.is_cpu and accel.data.intersector == constants.WATERTIGHT
     if is_for_groups and kernel in _GROUP_KERNELS:
-        _launch_groups(accel, _GROUP_KERNELS[kernel], arrays, rays.count, outputs, workers)
+        _launch_groups(accel, _GROUP_KERNELS[kernel], rays, outputs, workers)
         return
     load_module(query, accel.device)
-    tile = _cpu_tile(rays.count, workers.count) if is_cpu else _GPU_TILE
-    starts = range(0, rays.count, tile)
+    count = rays.count
+    tile = _cpu_tile(count, workers.count) if rays.is_cpu else _GPU_TILE
+    starts = range(0, count, tile)
     workers.count = min(workers.count, len(starts))
+    arrays = [accel.table, *(describe(array) for array in (rays.origins, rays.directions, rays.t_max))]
+    described = [describe(array) for array in outputs]
 
     # A recorded launch costs a sixth of a fresh one, time in which no other thread could submit its own.
     # It does not keep its arguments alive: the scratch memory goes with it.
     def record() -> tuple[wp.Launch, Any]:
-        scratch = make_stacks(accel, 1 if is_cpu else min(tile, rays.count))
+        scratch = make_stacks(accel, 1 if rays.is_cpu else min(tile, count))
         inputs = [*arrays, scratch, 0]
-        return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device=accel.device, record_cmd=True), scratch
+        return wp.launch(kernel, dim=1, inputs=inputs, outputs=described, device=accel.device, record_cmd=True), scratch
 
     def run(start: int, recorded: tuple[wp.Launch, Any]) -> None:
         command, _ = recorded
-        command.set_dim(min(tile, rays.count - start))
+        command.set_dim(min(tile, count - start))
         command.set_param_at_index(5, start)
         command.launch()
 
     workers.map(run, starts, record)
 
 
-def _launch_groups(
-    accel: Accel, kernel: wp.Kernel, arrays: list[wp.array], count: int, outputs: list[wp.array], workers: Workers
-) -> None:
+def _launch_groups(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any], workers: Workers) -> None:
     """Launch a query kernel that takes the rays in groups, once or more in each worker."""
-    load_module(query_group, "cpu")
+    count = len(rays.origins)
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
-    order = sort_rays(accel, arrays[1], workers)
-    following = wp.zeros(1, dtype=wp.int32, device="cpu")
-    taken = following.numpy()
-    spans: list[Any] = []
+    order = sort_rays(accel, rays.origins, workers)
+    taken = np.zeros(1, np.int32)
+    arrays = [rays.origins, rays.directions, rays.t_max, order, taken, *outputs]
+    launches = take_span_launches(accel)
+    launches.prepare(accel, kernel, arrays, workers.count)
 
-    def record() -> wp.Launch:
-        spans.append(take_ray_span(accel))
-        inputs = [*arrays, order, spans[-1], following]
-        return wp.launch(kernel, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True)
-
-    def run(worker: int, command: wp.Launch) -> list[int]:
-        command.launch()
+    def run(worker: int, _: None) -> list[int]:
+        launches.launch(kernel, worker)
         return [worker] if taken[0] < count else []
 
-    workers.map(run, range(workers.count), record)
-    keep_ray_spans(accel, spans)  # not after an interrupt: a thread may still be at work
+    workers.map(run, range(workers.count))
+    keep_span_launches(accel, launches)  # not after an interrupt: a thread may still be at work
 
 
 def _cpu_tile(count: int, workers: int) -> int:

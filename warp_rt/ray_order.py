@@ -20,11 +20,12 @@ _OCTANTS = 8
 _SAMPLED_GROUPS = 32
 _WORTHWHILE = 16.0  # how much smaller sorting makes groups before it pays: 80 thousand rays at random
 _TILE = 1 << 15  # rays whose codes one launch computes
+_AS_THEY_COME = np.empty(0, np.int32)
 
 _sorting = threading.Lock()  # Warp sorts in static memory on the CPU
 
 
-def sort_rays(accel: Accel, origins: wp.array, workers: Workers) -> wp.array:
+def sort_rays(accel: Accel, origins: np.ndarray, workers: Workers) -> np.ndarray:
     """Return the rays of a query in the order in which they are best taken; empty: as they come.
 
     Rays that go together are of one octant of directions, so that a group of them spans an eighth of the rays next to
@@ -34,29 +35,30 @@ def sort_rays(accel: Accel, origins: wp.array, workers: Workers) -> wp.array:
 
     Args:
         accel: What they are traced in.
-        origins: Of the rays, on the CPU, contiguous.
+        origins: Of the rays, float32, shape [n, 3], C contiguous.
         workers: Who computes the codes.
 
     Returns:
         int32, shape [n] or [0].
     """
     is_big = accel.data.nodes.size + accel.data.leaves.size > FLIGHT_FLOATS
-    box = _scattered_box(origins.numpy()) if is_big else None
+    box = _scattered_box(origins) if is_big else None
     if box is None:
-        return wp.empty(0, dtype=wp.int32, device="cpu")
+        return _AS_THEY_COME
     load_module(ray_order, "cpu")
     low, side = box
     count = len(origins)
+    points: wp.array = wp.array(origins, dtype=wp.vec3, device="cpu", copy=False)
     codes, rays = (_uninitialized(2 * count) for _ in range(2))  # the second half is the sort's own
 
     def code(first: int, _: None) -> None:
-        inputs = [origins, wp.vec3(low), 1.0 / side, first]
+        inputs = [points, wp.vec3(low), 1.0 / side, first]
         wp.launch(ray_order.code_rays, min(_TILE, count - first), inputs, [codes, rays], device="cpu")
 
     workers.map(code, range(0, count, _TILE))
     with _sorting:
         wp.utils.radix_sort_pairs(codes, rays, count)
-    return rays[:count]
+    return rays.numpy()[:count]
 
 
 def _scattered_box(origins: np.ndarray) -> tuple[np.ndarray, float] | None:

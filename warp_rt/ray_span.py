@@ -17,23 +17,6 @@ from warp_rt.kernels.trace_span import RaySpan
 _OCTANTS = 8
 
 
-def take_ray_span(accel: Accel) -> RaySpan:
-    """Return what one worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives.
-
-    That of an earlier query where there is one: to make it takes as long as a thousand rays. Ends of a deque are taken
-    and put back by one step of the interpreter, so that queries of several threads need no lock.
-    """
-    try:
-        return accel.idle_spans.pop()
-    except IndexError:
-        return _make_ray_span(accel)
-
-
-def keep_ray_spans(accel: Accel, spans: list[RaySpan]) -> None:
-    """Leave what the workers of a query have done with to later ones."""
-    accel.idle_spans.extend(spans)
-
-
 def make_ray_group(accel: Accel) -> RayGroup:
     """Return the memory of a group of rays and of its way through a hierarchy; valid as long as it lives."""
     group = RayGroup()
@@ -53,7 +36,8 @@ def make_ray_group(accel: Accel) -> RayGroup:
     return group
 
 
-def _make_ray_span(accel: Accel) -> RaySpan:
+def make_ray_span(accel: Accel) -> RaySpan:
+    """Return what one worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives."""
     span = RaySpan()
     span.order, span.sizes = _empty(9 * GROUP_SPAN, int), _empty(9, int)
     span.group = make_ray_group(accel)

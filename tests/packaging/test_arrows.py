@@ -48,6 +48,7 @@ PARTS = {
             "accel",
             "queries",
             "ray_span",
+            "span_launches",
             "tile_scratch",
             "ray_order",
         ),

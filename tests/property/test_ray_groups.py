@@ -19,6 +19,7 @@ from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
 from warp_rt.queries import Hits
 from warp_rt.ray_order import sort_rays
 from warp_rt.scene import Scene, ShapeKind
+from warp_rt.span_launches import SpanLaunches
 from warp_rt.workers import Workers
 
 from ..aimed_rays import edge_rays
@@ -181,7 +182,7 @@ def test_many_scattered_rays_through_a_big_hierarchy() -> None:
     origins, directions = rng.uniform(size=(count, 3)).astype("f"), rng.normal(size=(count, 3)).astype("f")
     bad = rng.uniform(size=count) < 0.001
     origins[bad] = rng.choice(np.float32([np.nan, np.inf, -np.inf, 1e30]), (bad.sum(), 3))
-    order = sort_rays(accel, wp.array(origins, dtype=wp.vec3, device="cpu"), Workers(2)).numpy()
+    order = sort_rays(accel, origins, Workers(2))
     np.testing.assert_array_equal(np.sort(order), np.arange(count))
     steps = np.abs(np.diff(origins[order[~bad[order]]], axis=0)).sum(axis=1)
     assert steps.mean() < 0.1  # 1 for neighbours at random
@@ -194,14 +195,50 @@ def test_queries_of_several_threads_have_scratch_memory_of_their_own() -> None:
     accel = warp_rt.build_accel(scene)
     sets = [pencil(scene, 20 * GROUP_SPAN, 0.5, seed) for seed in range(4)]
     alone = [warp_rt.closest_hit(accel, *rays, threads=1) for rays in sets]
-    assert len(accel.idle_spans) == 1
+    assert len(accel.idle_launches) == 1
     with ThreadPoolExecutor(len(sets)) as pool:
         for _ in range(3):
             together = list(pool.map(lambda rays: warp_rt.closest_hit(accel, *rays, threads=2), sets))
             for hits, expected in zip(together, alone, strict=True):
                 for name in ("t", "u", "v", "triangle", "instance"):
                     np.testing.assert_array_equal(getattr(hits, name), getattr(expected, name))
-    assert 1 <= len(accel.idle_spans) <= 2 * len(sets)
+    assert 1 <= len(accel.idle_launches) <= 2 * len(sets)
+
+
+def test_launches_are_used_again_for_other_arrays() -> None:
+    """More and fewer rays, both queries, one end or many, more and fewer threads."""
+    scene = SCENES["torus"]
+    accel = warp_rt.build_accel(scene)
+    for seed, (count, threads) in enumerate([(1, 1), (5000, 2), (300, 1), (9 * GROUP_SPAN, 3), (2, 2), (4097, 1)]):
+        origins, directions = pencil(scene, count, 0.5, seed)
+        ends = np.random.default_rng(seed).uniform(0, 9, count).astype(np.float32)
+        for t_max in (np.inf, ends):
+            fresh = warp_rt.build_accel(scene)
+            hits = warp_rt.closest_hit(accel, origins, directions, t_max, threads=threads)
+            expected = warp_rt.closest_hit(fresh, origins, directions, t_max, threads=1)
+            for name in ("t", "u", "v", "triangle", "instance"):
+                np.testing.assert_array_equal(getattr(hits, name), getattr(expected, name))
+            blocked = warp_rt.any_hit(accel, origins, directions, t_max, threads=threads)
+            np.testing.assert_array_equal(blocked, expected.instance >= 0)
+    assert len(accel.idle_launches) == 1
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_a_query_that_is_given_up_does_not_disturb_the_next(error: type[BaseException], monkeypatch) -> None:
+    scene = SCENES["torus"]
+    accel = warp_rt.build_accel(scene)
+    rays = pencil(scene, 20 * GROUP_SPAN, 0.5, 1)
+    expected = warp_rt.closest_hit(accel, *rays)
+
+    def fail(*_: object) -> None:
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(SpanLaunches, "launch", fail)
+        with pytest.raises(error):
+            warp_rt.closest_hit(accel, *rays, threads=2)
+    assert len(accel.idle_launches) == 0
+    np.testing.assert_array_equal(warp_rt.closest_hit(accel, *rays, threads=2).triangle, expected.triangle)
 
 
 def test_rays_in_every_second_row_of_warp_arrays() -> None:

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Threads that share a list of jobs."""
 
+import os
+import subprocess
+import sys
 import threading
 import time
 
@@ -65,3 +68,63 @@ def test_the_first_error_ends_the_work(error: type[BaseException], count: int) -
     with pytest.raises(error):
         Workers(count).map(job, range(1000))
     assert len(done) < 100
+
+
+def test_idle_threads_are_used_again() -> None:
+    Workers(4).map(lambda item, _: time.sleep(0.001), range(8))
+    before = threading.active_count()
+    for _ in range(50):
+        Workers(4).map(lambda item, _: None, range(8))
+    assert threading.active_count() == before
+
+
+def test_jobs_may_share_their_work_as_well() -> None:
+    done: list[int] = []
+    Workers(3).map(lambda item, _: Workers(2).map(lambda inner, _: done.append(10 * item + inner), range(10)), range(6))
+    assert sorted(done) == list(range(60))
+
+
+def test_calls_of_several_threads_end_each_by_itself() -> None:
+    done: list[list[int]] = [[] for _ in range(4)]
+
+    def call(caller: int) -> None:
+        for _ in range(20):
+            Workers(3).map(lambda item, _: done[caller].append(item), range(5))
+
+    callers = [threading.Thread(target=call, args=(caller,)) for caller in range(4)]
+    for thread in callers:
+        thread.start()
+    for thread in callers:
+        thread.join()
+    assert [sorted(items) for items in done] == [sorted(list(range(5)) * 20)] * 4
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_who_watches_is_asked_until_the_work_is_done(count: int) -> None:
+    seen: list[int] = []
+    done: list[int] = []
+
+    def job(item: int, _: None) -> None:
+        time.sleep(0.12)
+        done.append(item)
+
+    Workers(count).map(job, range(2), watch=lambda: seen.append(0))
+    assert sorted(done) == [0, 1]
+    assert len(seen) >= 2
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
+def test_a_forked_child_has_threads_of_its_own() -> None:
+    """In a process with no other threads than these: some of a test run's may hold locks."""
+    code = """
+import os
+from warp_rt.workers import Workers
+done = []
+Workers(3).map(lambda item, _: done.append(item), range(30))
+child = os.fork()
+Workers(3).map(lambda item, _: done.append(item), range(30))
+if child == 0:
+    os._exit(7 if len(done) == 60 else 1)
+assert len(done) == 60 and os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+"""
+    subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True, timeout=60)
