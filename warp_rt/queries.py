@@ -21,6 +21,8 @@ from warp_rt.workers import Workers
 
 _CPU_SPANS = 32  # spans of rays of one launch: a few milliseconds, so that Ctrl-C is heard
 _MAX_RAYS = (1 << 31) - (1 << 23)  # their counter is an int32, and each worker moves it once beyond the end
+_MOVED = 1 << 12  # points moved at once: in cache, and with no array of float64 for all of them
+_MOVED_TILE = 1 << 15  # points that one worker moves before it takes others
 _GPU_TILE = 1 << 18  # rays of one launch: each has a stack of its own
 
 
@@ -72,9 +74,9 @@ def closest_hit(
     """
     if out is not None and not isinstance(out, Hits):
         raise OptionError(f"out: Hits expected, got {type(out).__name__}")
-    rays = _Rays(accel, origins, directions, t_max)
+    rays = _Rays(accel, origins, directions, t_max, threads)
     arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
-    _launch(accel, query.query_closest_hit, rays, list(arrays.values()), threads)
+    _launch(accel, query.query_closest_hit, rays, list(arrays.values()))
     return Hits(
         **{name: rays.result(getattr(out, name, None), arrays[name], dtype) for name, dtype in _HIT_TYPES.items()}
     )
@@ -90,9 +92,9 @@ def any_hit(
     out: Any = None,
 ) -> Any:
     """Return whether each ray hits anything in [0, t_max): bool, shape [n]. Arguments as for ``closest_hit``."""
-    rays = _Rays(accel, origins, directions, t_max)
+    rays = _Rays(accel, origins, directions, t_max, threads)
     blocked = rays.output(out, "out", wp.bool)
-    _launch(accel, query.query_any_hit, rays, [blocked], threads)
+    _launch(accel, query.query_any_hit, rays, [blocked])
     return rays.result(out, blocked, wp.bool)
 
 
@@ -110,9 +112,9 @@ def count_hits(
     Out of a closed mesh this is odd, in front of it or behind it even: but a ray through an edge or a vertex meets all
     triangles that share it, and counts each of them.
     """
-    rays = _Rays(accel, origins, directions, t_max)
+    rays = _Rays(accel, origins, directions, t_max, threads)
     count = rays.output(out, "out", wp.int32)
-    _launch(accel, query.query_count_hits, rays, [count], threads)
+    _launch(accel, query.query_count_hits, rays, [count])
     return rays.result(out, count, wp.int32)
 
 
@@ -122,7 +124,9 @@ class _Rays:
     That memory is a NumPy array on the CPU, whatever the caller's is, and a Warp array on a GPU.
     """
 
-    def __init__(self, accel: Accel, origins: Any, directions: Any, t_max: Any) -> None:
+    def __init__(self, accel: Accel, origins: Any, directions: Any, t_max: Any, threads: int | None) -> None:
+        check_threads(threads)
+        self.workers = Workers(threads if accel.device == "cpu" else 1)
         self.device = accel.device
         self.is_cpu = accel.device == "cpu"
         self.is_warp = isinstance(origins, wp.array)
@@ -179,9 +183,24 @@ class _Rays:
         if values.ndim != 2 or values.shape[1] != 3 or values.dtype.kind not in "fiu":
             raise OptionError(f"{name}: numbers of shape [n, 3] expected, got {values.dtype} {list(values.shape)}")
         if shift is not None:
-            values = values.astype(np.float64) - shift
+            values = self._moved(values, shift)
         values = np.ascontiguousarray(values, np.float32)
         return values if self.is_cpu else wp.array(values, dtype=wp.vec3, device=self.device)
+
+    def _moved(self, points: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        """Return points minus ``shift``, computed in float64, rounded to float32."""
+        moved = np.empty(points.shape, np.float32)
+        shifts = np.tile(shift, min(_MOVED, len(points)))
+
+        def move(first: int, _: None) -> None:
+            for start in range(first, min(first + _MOVED_TILE, len(points)), _MOVED):
+                rows = points[start : start + _MOVED].reshape(-1)
+                out = moved[start : start + _MOVED].reshape(-1)
+                np.subtract(rows, shifts[: len(rows)], out=out, dtype=np.float64, casting="same_kind")
+
+        tiles = range(0, len(points), _MOVED_TILE)
+        Workers(min(self.workers.count, len(tiles))).map(move, tiles)
+        return moved
 
     def _ends(self, t_max: Any) -> Any:
         if isinstance(t_max, wp.array):
@@ -208,15 +227,14 @@ class _Rays:
         return array
 
 
-def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any], threads: int | None) -> None:
+def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any]) -> None:
     """Launch a query kernel over all rays."""
-    check_threads(threads)
     if not rays.count:
         return
-    workers = Workers(threads if rays.is_cpu else 1)
+    workers = rays.workers
     is_for_groups = rays.is_cpu and accel.data.intersector == constants.WATERTIGHT
     if is_for_groups and kernel in _GROUP_KERNELS:
-        _launch_groups(accel, _GROUP_KERNELS[kernel], rays, outputs, workers)
+        _launch_groups(accel, _GROUP_KERNELS[kernel], rays, outputs)
         return
     load_module(query, accel.device)
     count = rays.count
@@ -242,9 +260,10 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any], th
     workers.map(run, starts, record)
 
 
-def _launch_groups(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any], workers: Workers) -> None:
+def _launch_groups(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any]) -> None:
     """Launch a query kernel that takes the rays in groups, once or more in each worker."""
     count = len(rays.origins)
+    workers = rays.workers
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
     order = sort_rays(accel, rays.origins, workers)
     taken = np.zeros(1, np.int32)
