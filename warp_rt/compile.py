@@ -4,31 +4,62 @@
 
 from __future__ import annotations
 
-import importlib
 import pkgutil
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
+from importlib import import_module
 
 import warp as wp
 
 import warp_rt.kernels
+from warp_rt.compile_process import CompileProcess
 from warp_rt.warp_setup import init_warp, load_module, resolve_device
 
 _NOTICE_SECONDS = 0.7
 """Loading cached kernels takes a tenth of this; whatever takes longer is being compiled."""
 
 
-def load_kernels(module: str, *, device: str, on_compile: Callable[[], None] | None = None) -> None:
-    """Load the kernels of one file of ``warp_rt.kernels``, compiling them on first use.
+def load_kernels(
+    files: Sequence[tuple[str, str]],
+    *,
+    on_compile: Callable[[], None] | None = None,
+    threads: int = 1,
+) -> None:
+    """Load the kernels of files of ``warp_rt.kernels``, compiling them on first use.
 
     Args:
-        module: File's name, such as ``ray_tree``.
-        device: Resolved device.
-        on_compile: Called once, from another thread, where the kernels are not in the cache.
+        files: Names, such as ``ray_tree``, each with a resolved device; the one that takes longest to compile first.
+            While it is compiled, another process compiles those of the rest that are for the CPU.
+        on_compile: Called, from another thread, where kernels are not in the cache.
+        threads: Cores that may be used; with 1 there is no other process.
     """
     init_warp()
-    imported = importlib.import_module(f"warp_rt.kernels.{module}")
-    timer = threading.Timer(_NOTICE_SECONDS, on_compile) if on_compile else None
+    (first, device), *rest = files
+    others: list[CompileProcess] = []
+
+    def on_slow() -> None:
+        if on_compile:
+            on_compile()
+        if threads > 1:
+            others.append(CompileProcess([name for name, place in rest if place == "cpu"]))
+
+    begin = time.perf_counter()
+    try:
+        _load(first, device, on_slow)
+        for other in others:
+            other.wait(time.perf_counter() - begin)  # it has less to do; whatever holds it up is not waited for
+    finally:
+        for other in others:
+            other.stop()
+    for name, place in rest:
+        _load(name, place, on_compile)
+
+
+def _load(module: str, device: str, on_slow: Callable[[], None] | None) -> None:
+    """Load the kernels of a file; ``on_slow`` is called while they are being compiled."""
+    imported = import_module(f"warp_rt.kernels.{module}")
+    timer = threading.Timer(_NOTICE_SECONDS, on_slow) if on_slow else None
     if timer:
         timer.daemon = True
         timer.start()
@@ -37,13 +68,14 @@ def load_kernels(module: str, *, device: str, on_compile: Callable[[], None] | N
     finally:
         if timer:
             timer.cancel()
+            timer.join()
 
 
 def warmup(device: str = "auto", *, on_compile: Callable[[], None] | None = None) -> None:
     """Compile every kernel for a device, so that no later render waits for it."""
     name = resolve_device(device)
     for info in pkgutil.iter_modules(warp_rt.kernels.__path__):
-        file = importlib.import_module(f"warp_rt.kernels.{info.name}")
+        file = import_module(f"warp_rt.kernels.{info.name}")
         kernels = [member for member in vars(file).values() if isinstance(member, wp.Kernel)]
         if any(kernel.func.__module__ == file.__name__ for kernel in kernels):
-            load_kernels(info.name, device=name, on_compile=on_compile)
+            _load(info.name, name, on_compile)

@@ -126,9 +126,18 @@ class Renderer:
         """Notes on the latest render: defaults that stepped in."""
 
         with self._clock("compile"):
-            for module, name in build_modules(self.options.bvh, self.device):
-                load_kernels(module.__name__.rpartition(".")[2], device=name, on_compile=on_compile)
-            self._kernel = self._load_render_kernel(on_compile)
+            self._kernel = self._choose_kernel()
+            load_kernels(
+                [
+                    (module.rpartition(".")[2], name)
+                    for module, name in (
+                        (self._kernel.func.__module__, self.device),
+                        *((file.__name__, place) for file, place in build_modules(self.options.bvh, self.device)),
+                    )
+                ],
+                on_compile=on_compile,
+                threads=self.threads,
+            )
         with self._clock("build"):
             self.accel: Accel = self._refit(previous) or build_accel(
                 scene,
@@ -160,19 +169,16 @@ class Renderer:
         is_good = accel.statistics.sah_cost <= _REBUILD_COST * accel.statistics.built_cost
         return accel if is_good else None
 
-    def _load_render_kernel(self, on_compile: Callable[[], None] | None) -> wp.Kernel:
+    def _choose_kernel(self) -> wp.Kernel:
         """Return the fastest kernel that draws the scene and gives the AOVs that are wanted.
 
         On a CPU the trees of a tile's pixels grow together, but where costs are counted, which are those of rays that
         are traced one by one, and with the triangle tests that are for single rays.
         """
         if set(self.options.aovs) & set(COSTS):
-            load_kernels("render_costs", device=self.device, on_compile=on_compile)
             return render_costs.render_tile_costs
         is_together = self.device == "cpu" and self.options.intersector == "watertight"
-        kernel = _KERNELS[is_together, is_plain(self.scene, self.options)]
-        load_kernels(kernel.func.__module__.rpartition(".")[2], device=self.device, on_compile=on_compile)
-        return kernel
+        return _KERNELS[is_together, is_plain(self.scene, self.options)]
 
     @property
     def device_bytes(self) -> int:
@@ -302,7 +308,7 @@ class Renderer:
             LimitError: The tree is larger than anybody would read, or the time limit was reached.
         """
         with self._clock("compile"):
-            load_kernels("record_tree", device=self.device, on_compile=self._on_compile)
+            load_kernels([("record_tree", self.device)], on_compile=self._on_compile)
         chosen, device_scene, lights = self._set_up(camera)
         self._note_shutter(chosen)
         width, height = image_size(chosen, self.options, self.scene.settings)

@@ -35,7 +35,7 @@ PARTS = {
     "triangulation": ["triangulate"],
     "nff": ["nff.*"],
     "usd": ["usd.*"],
-    "device": ["warp_setup", "devices", "compile", "workers", "launch"],
+    "device": ["warp_setup", "devices", "compile", "compile_process", "workers", "launch"],
     "tracing": [
         *(
             "jobs",
