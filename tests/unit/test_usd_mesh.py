@@ -261,6 +261,8 @@ def test_a_scalar_constant_counts_as_an_array_of_one() -> None:
     [
         ('float[] primvars:v = [1, 2, 3] (interpolation = "vertex")', "W106"),
         ('float[] primvars:v = [1, 2] (interpolation = "somewhere")', "W106"),
+        ('float[] primvars:v = [] (interpolation = "vertex")', "W106"),
+        ("color3f[] primvars:displayColor = []", "W106"),
         ('float[] primvars:v = [1, 2] (interpolation = "uniform")\nint[] primvars:v:indices = [0, 2]', "W107"),
         ('float[] primvars:v = [1, 2] (interpolation = "uniform")\nint[] primvars:v:indices = [0, -1]', "W107"),
         ('float[] primvars:v = [1, 2] (interpolation = "uniform")\nint[] primvars:v:indices = [0]', "W106"),
@@ -276,9 +278,9 @@ def test_primvars_that_do_not_fit_are_dropped_with_a_code(body: str, code: str) 
 
 @pytest.mark.parametrize(
     "body",
-    ["float[] primvars:v = None", 'float[] primvars:v = [] (interpolation = "vertex")', "matrix4d[] primvars:m = []"],
+    ["float[] primvars:v = None", "float[] primvars:v", "matrix4d[] primvars:m = []"],
 )
-def test_blocked_empty_and_undrawable_primvars_are_absent(body: str) -> None:
+def test_blocked_unauthored_and_undrawable_primvars_are_absent(body: str) -> None:
     assert mesh_of(SQUARES + body).primvars == {}
 
 

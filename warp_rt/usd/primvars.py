@@ -278,14 +278,12 @@ def constants_of_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -
 
 
 def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.ndarray | None:
-    """Return finite rows, or None where the primvar is blocked, empty or, with a diagnostic, of an unusable type."""
+    """Return finite rows, or None where the primvar is blocked or, with a diagnostic, of an unusable type."""
     value = primvar.Get(time)
     if value is None:
         return None
     if type(value).__module__ != "pxr.Vt":  # not an array, which the attribute's type need not tell
         value = np.asarray(value)[None]
-    elif not len(value):
-        return None
     values = float_rows(value)
     prim = primvar.GetAttr().GetPrim().GetPath()
     width = WIDTHS.get(primvar.GetPrimvarName())
