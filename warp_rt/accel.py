@@ -35,7 +35,7 @@ from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
 from warp_rt.mesh_trees import MeshTrees, build_mesh_trees, has_same_triangles, refit_mesh_trees
 from warp_rt.options import BUILDERS, INTERSECTORS, check_threads
 from warp_rt.placement import Placement, blocks, place_scene
-from warp_rt.scene import Mesh, Scene, Shapes, primitive_count
+from warp_rt.scene import Mesh, Scene, Shapes, check_scene, primitive_count
 from warp_rt.shape_trees import build_shape_trees
 from warp_rt.warp_setup import load_module, resolve_device
 from warp_rt.workers import Workers
@@ -116,10 +116,11 @@ def build_accel(
         threads: CPU threads; None: one a core. Their number does not change the result.
 
     Raises:
-        OptionError: There is no such builder or triangle test.
+        OptionError: There is no such builder or triangle test, or ``scene`` is no Scene.
         DeviceError: There is no such device.
         LimitError: The scene has more triangles than fit.
     """
+    check_scene(scene)
     for name, value, choices in (("bvh", bvh, BUILDERS), ("intersector", intersector, INTERSECTORS)):
         if value not in choices:
             raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}")

@@ -78,7 +78,10 @@ def open_scene(
         asked |= {"mask": bool(mask), "session_layer": session_layer is not None}
         asked |= {"render_settings": render_settings is not None, "render_pass": render_pass is not None}
         asked |= {"draw_modes": not draw_modes}
-        given = [name for name, is_given in asked.items() if is_given]
+        options = {"draw_modes": "disable-draw-mode"}
+        given = [
+            f"{name} (--{options.get(name, name.replace('_', '-'))})" for name, is_given in asked.items() if is_given
+        ]
         if given:
             raise OptionError(f"{path_or_stage}: {', '.join(given)}: only of USD stages")
         return StillScene(load_nff(path_or_stage), str(path_or_stage))

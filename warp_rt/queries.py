@@ -67,7 +67,7 @@ def closest_hit(
             hits nothing.
         t_max: End of the rays: one number, or shape [n].
         threads: CPU threads; None: one a core.
-        out: Arrays to write to, of the kind and device of ``origins``.
+        out: Arrays to write to, of the kind and device of ``origins``; they are what is returned.
 
     Raises:
         OptionError: A shape, type or device does not fit.
@@ -77,9 +77,8 @@ def closest_hit(
     rays = _Rays(accel, origins, directions, t_max, threads)
     arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
     _launch(accel, query.query_closest_hit, rays, list(arrays.values()))
-    return Hits(
-        **{name: rays.result(getattr(out, name, None), arrays[name], dtype) for name, dtype in _HIT_TYPES.items()}
-    )
+    written = {name: rays.result(getattr(out, name, None), arrays[name], dtype) for name, dtype in _HIT_TYPES.items()}
+    return Hits(**written) if out is None else out
 
 
 def any_hit(
@@ -125,6 +124,8 @@ class _Rays:
     """
 
     def __init__(self, accel: Accel, origins: Any, directions: Any, t_max: Any, threads: int | None) -> None:
+        if not isinstance(accel, Accel):
+            raise OptionError(f"accel: an Accel expected, as build_accel returns, got {type(accel).__name__}")
         check_threads(threads)
         self.workers = Workers(threads if accel.device == "cpu" else 1)
         self.device = accel.device

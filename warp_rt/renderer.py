@@ -53,7 +53,7 @@ from warp_rt.mesh_trees import has_same_triangles
 from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.plain import is_plain
 from warp_rt.report import Diagnostic
-from warp_rt.scene import Camera, Light, RayMask, Scene
+from warp_rt.scene import Camera, Light, RayMask, Scene, check_scene
 from warp_rt.tile_scratch import make_tile_trees
 from warp_rt.tree.ray_tree import RayTree
 from warp_rt.tree_recording import Records, make_roots, record
@@ -100,6 +100,7 @@ class Renderer:
             Its images on the device are shared where ``Scene.images`` holds the same objects.
 
     Raises:
+        OptionError: ``scene`` is no Scene.
         DeviceError: There is no such device.
         LimitError: The scene has more triangles than a hierarchy can hold.
     """
@@ -113,6 +114,7 @@ class Renderer:
         on_compile: Callable[[], None] | None = None,
         previous: Renderer | None = None,
     ) -> None:
+        check_scene(scene)
         init_warp()
         self.device = resolve_device(device)
         self._on_compile = on_compile

@@ -71,9 +71,9 @@ def test_outputs_are_written_in_place(accel: Accel, rays: tuple) -> None:
         v=np.empty(count, np.float32),
     )
     hits = warp_rt.closest_hit(accel, *rays, out=out)
+    assert hits is out
     expected = warp_rt.closest_hit(accel, *rays)
     for name in FIELDS:
-        assert getattr(hits, name) is getattr(out, name)
         np.testing.assert_array_equal(getattr(out, name), getattr(expected, name))
     blocked = np.empty(count, bool)
     assert warp_rt.any_hit(accel, *rays, out=blocked) is blocked
@@ -151,3 +151,14 @@ def test_build_options_are_checked() -> None:
     for change in ({"bvh": "octree"}, {"intersector": "guess"}, {"threads": 0}, {"threads": 1.5}):
         with pytest.raises(OptionError):
             warp_rt.build_accel(scene, **change)
+
+
+def test_what_is_no_scene_or_no_hierarchy_is_refused() -> None:
+    scene = Scene.from_arrays(*octasphere(1))
+    for make in (warp_rt.build_accel, warp_rt.Renderer):
+        with pytest.raises(OptionError, match=r"^scene: a Scene expected, got str; load_scene reads a file$"):
+            make("ball.usda")
+    rays = (np.zeros((1, 3)), np.ones((1, 3)))
+    for query in (warp_rt.closest_hit, warp_rt.any_hit, warp_rt.count_hits):
+        with pytest.raises(OptionError, match=r"^accel: an Accel expected, as build_accel returns, got Scene$"):
+            query(scene, *rays)

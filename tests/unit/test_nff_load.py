@@ -164,10 +164,13 @@ def test_concave_polygons(tmp_path: Path) -> None:
         {"session_layer": "a.usda"},
         {"render_settings": "/Render"},
         {"render_pass": "/Pass"},
+        {"draw_modes": False},
     ],
 )
 def test_options_of_usd_stages_are_refused(options: dict[str, object]) -> None:
-    with pytest.raises(OptionError, match=rf"still_life\.nff: {next(iter(options))}: only of USD stages"):
+    name = next(iter(options))
+    option = {"time": "", "draw_modes": r" \(--disable-draw-mode\)"}.get(name, rf" \(--{name.replace('_', '-')}\)")
+    with pytest.raises(OptionError, match=rf"still_life\.nff: {name}{option}: only of USD stages"):
         load_scene(STILL_LIFE, **options)
 
 

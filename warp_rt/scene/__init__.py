@@ -22,7 +22,7 @@ from warp_rt.scene.materials import (
     Tiles,
     Wrap,
 )
-from warp_rt.scene.scene import Scene
+from warp_rt.scene.scene import Scene, check_scene
 from warp_rt.scene.settings import Product, RenderVar, Settings
 
 __all__ = [
@@ -52,6 +52,7 @@ __all__ = [
     "Texture",
     "Tiles",
     "Wrap",
+    "check_scene",
     "is_closed",
     "local_bounds",
     "local_boxes",

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rt.errors import SceneError
+from warp_rt.errors import OptionError, SceneError
 from warp_rt.report import Diagnostic
 from warp_rt.scene.bounds import local_boxes
 from warp_rt.scene.cameras import Camera
@@ -162,3 +162,13 @@ def _normals_primvar(normals: Any, vertices: np.ndarray, triangles: np.ndarray) 
     if values.shape == (len(triangles), 3, 3):
         return Primvar(values.reshape(-1, 3), np.arange(values.size // 3, dtype=np.int32).reshape(-1, 3))
     raise SceneError(f"normals: shape [n, 3] or [m, 3, 3] expected, got {list(values.shape)}")
+
+
+def check_scene(scene: Any) -> None:
+    """Refuse what is no scene, such as the path of a file.
+
+    Raises:
+        OptionError: It is none.
+    """
+    if not isinstance(scene, Scene):
+        raise OptionError(f"scene: a Scene expected, got {type(scene).__name__}; load_scene reads a file")
