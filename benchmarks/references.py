@@ -256,7 +256,7 @@ def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
     frame = _prepared(source.scene(moment), pair)
     options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
     if pair.renderer == "usdrecord framed":
-        eye = choose_camera(frame, None) or frame_camera(frame, options, cuts=True)
+        eye = choose_camera(frame, None) or frame_camera(frame, options, as_usdrecord=True)
     else:
         eye = camera or None
     film, _ = render_frame(

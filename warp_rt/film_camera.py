@@ -49,10 +49,10 @@ def choose_camera(scene: Scene, name: str | None) -> Camera | None:
     return next(iter([*main, *cameras.values()]), None)
 
 
-def frame_camera(scene: Scene, options: RenderOptions, *, cuts: bool = False) -> Camera:
-    """Return a camera that frames the whole scene; with ``cuts`` as usdrecord does, which cuts high ones off."""
+def frame_camera(scene: Scene, options: RenderOptions, *, as_usdrecord: bool = False) -> Camera:
+    """Return a camera that frames the whole scene; ``as_usdrecord`` may cut high ones off."""
     width, height = options.width or DEFAULT_WIDTH, options.height
-    return frame_scene(scene, aspect=width / height if height else 0.0, cuts=cuts)
+    return frame_scene(scene, aspect=width / height if height else 0.0, as_usdrecord=as_usdrecord)
 
 
 def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tuple[int, int]:

@@ -20,17 +20,18 @@ _FLAT = 1e-3  # extent by the largest one, below which a scene would be a line: 
 _PATH = "/__framing"
 
 
-def frame_scene(scene: Scene, *, aspect: float = 0.0, cuts: bool = False) -> Camera:
+def frame_scene(scene: Scene, *, aspect: float = 0.0, as_usdrecord: bool = False) -> Camera:
     """Return a camera that sees the whole scene, along -Z with +Y up, or along +Y with +Z up.
 
     As in usdrecord, the circle about the corner of the bounding box that faces the camera fills the width of a 50 mm
-    camera's picture. Three departures: the camera steps back from a scene so high that its box would reach beyond the
-    picture's upper edge; a scene that is flat along its up axis, of which that camera would see an edge
-    thinner than a pixel, is looked at from above; and an empty scene is framed like a cube of side 2 about the origin.
+    camera's picture. Four departures: the camera steps back from a scene so high that its box would reach beyond the
+    picture's upper edge; it does not step back from a small one for the sake of a near plane, which it lacks; a scene
+    that is flat along its up axis, of which that camera would see an edge thinner than a pixel, is looked at from
+    above; and an empty scene is framed like a cube of side 2 about the origin.
 
     Args:
         scene: Its bounds and its up axis count.
-        cuts: Leave high scenes cut off, as usdrecord does.
+        as_usdrecord: Without the first two departures.
         aspect: Width by height of the image, which the window is widened or heightened to, never cut (the policy
             expandAperture). 0: unknown; the window keeps that of a 35 mm academy frame, as GfCamera has it.
 
@@ -50,10 +51,10 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, cuts: bool = False) -> Cam
     to_face = radius / half_width
     if aspect > 0:
         half_width, half_height = max(half_width, half_height * aspect), max(half_height, half_width / aspect)
-    if not cuts:
+    if not as_usdrecord:
         to_face = max(to_face, float(size @ np.abs(up)) / 2 / half_height)
     distance = to_face + float(size @ np.abs(back)) / 2
-    if distance < _NEAR:
+    if distance == 0 or (as_usdrecord and distance < _NEAR):
         distance += _NEAR
     matrix = np.eye(4)
     matrix[:3, :3] = np.column_stack([right, up, back])

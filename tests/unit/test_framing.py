@@ -44,11 +44,12 @@ def test_z_up_is_seen_along_plus_y():
     np.testing.assert_array_equal([right, up, back], [[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
-def test_a_camera_nearer_than_the_near_plane_steps_back_by_it():
+def test_a_small_scene_fills_the_picture_but_for_usdrecord_whose_near_plane_is_one_unit_away():
     half = 0.005
-    camera = frame_scene(_scene([-half] * 3, [half] * 3))
-    distance = math.hypot(half, half) / TANGENT + half + 1
-    assert camera.world_from_camera[2, 3] == pytest.approx(distance)
+    box = _scene([-half] * 3, [half] * 3)
+    distance = math.hypot(half, half) / TANGENT + half
+    assert frame_scene(box).world_from_camera[2, 3] == pytest.approx(distance)
+    assert frame_scene(box, as_usdrecord=True).world_from_camera[2, 3] == pytest.approx(distance + 1)
 
 
 @pytest.mark.parametrize(("aspect", "width", "height"), [(2, 2 * 0.152908, 0.152908), (0.5, TANGENT, 2 * TANGENT)])
@@ -72,7 +73,7 @@ def test_every_corner_of_the_box_is_in_the_picture(up_axis, high, aspect):
 
 def test_a_high_scene_is_cut_off_where_usdrecord_does():
     box = _scene([-1, -5, -1], [1, 5, 1])
-    camera = frame_scene(box, cuts=True)
+    camera = frame_scene(box, as_usdrecord=True)
     assert camera.world_from_camera[2, 3] == pytest.approx(math.hypot(1, 5) / TANGENT + 1)
     assert frame_scene(box).world_from_camera[2, 3] == pytest.approx(5 / 0.152908 + 1)
 

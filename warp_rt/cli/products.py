@@ -77,7 +77,9 @@ def product_shots(
     found = [product for product in products if chosen in (ALL, product.path, product.path.rsplit("/", 1)[-1])]
     if not found:
         paths = [product.path for product in products]
-        hint = near_matches(chosen, paths) or f"; there are {', '.join(paths)}" if paths else "; there is none"
+        if not paths:
+            raise SceneError("--product: the render settings name no raster product")
+        hint = near_matches(chosen, paths) or f"; there are {', '.join(paths)}"
         raise SceneError(f"--product: the render settings name no raster product {chosen!r}{hint}")
     if output is not None and len(found) > 1:
         raise OptionError(f"--product: {output} is one file for {len(found)} products; leave it out")

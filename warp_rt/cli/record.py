@@ -131,4 +131,4 @@ def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:
     paths = [camera.path for camera in scene.cameras]
     is_there = name or scene.settings.camera in paths or any(path.endswith(f"/{MAIN_CAMERA}") for path in paths)
     chosen = choose_camera(scene, name) if is_there else None
-    return chosen or frame_camera(scene, options, cuts=True)
+    return chosen or frame_camera(scene, options, as_usdrecord=True)

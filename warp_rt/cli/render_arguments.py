@@ -31,7 +31,8 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
         metavar="CAMERA",
         help="path or name of a camera (default: the render settings' one, main_cam, the first; else framed)",
     )
-    view.add_argument("--width", "-w", "--imageWidth", type=int, metavar="PIXELS", help="default: 960")
+    width_help = "default: the settings' resolution, else 960"
+    view.add_argument("--width", "-w", "--imageWidth", type=int, metavar="PIXELS", help=width_help)
     view.add_argument("--height", type=int, metavar="PIXELS", help="default: from the camera's aspect ratio")
     view.add_argument(
         "--crop",
@@ -122,9 +123,14 @@ def add_quality(group: argparse._ArgumentGroup) -> None:
         default=TEXTURE_FILTERS[0],
         help="mean over what a sample sees, or the texels about its ray alone (default: %(default)s)",
     )
-    group.add_argument("--ambient", type=rgb, metavar="R,G,B", help="ambient light, linear (default: black)")
     group.add_argument(
-        "--background", type=rgb, metavar="R,G,B", help="what rays that leave see, linear (default: black)"
+        "--ambient", type=rgb, metavar="R,G,B", help="ambient light, linear (default: the settings', else black)"
+    )
+    group.add_argument(
+        "--background",
+        type=rgb,
+        metavar="R,G,B",
+        help="what rays that leave see, linear (default: the settings', else black)",
     )
     group.add_argument("--bvh", choices=BUILDERS, default=BUILDERS[0], help="hierarchy builder (default: %(default)s)")
     group.add_argument(

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from warp_rt.cli.terminal import Terminal
 from warp_rt.report import Diagnostic
 
-COMPILING = "compiling kernels (some ten seconds, on the first run)..."
+COMPILING = "compiling kernels (some ten seconds; they are kept)..."
 
 
 class Voice:
