@@ -131,6 +131,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         ),
         {"/m/a"},
     ),
+    "W112": (mesh("float[] primvars:a.connect = </m.primvars:b>"), {"/m.primvars:a"}),
     "W113": (mesh("int[] holeIndices = [4]"), {"/m"}),
     "W114": ('def Sphere "s" { token axis = "W" }', {"/s"}),
     "W115": (mesh("int[] cornerIndices = [0]", QUAD.replace('"none"', '"catmullClark"')), {"/m"}),

@@ -284,6 +284,13 @@ def test_blocked_unauthored_and_undrawable_primvars_are_absent(body: str) -> Non
     assert mesh_of(SQUARES + body).primvars == {}
 
 
+@pytest.mark.parametrize("value", ["", "float[] primvars:v = [3]"])
+def test_connected_primvars_are_told_and_have_their_own_values(value: str) -> None:
+    source, codes = read(SQUARES + f"float[] primvars:v.connect = </other.primvars:v>\n{value}")
+    assert codes == ["W112"]
+    assert [primvar.values.tolist() for primvar in source.mesh.primvars.values()] == ([[[3.0]]] if value else [])
+
+
 def test_primvar_values_that_are_not_finite_become_zero() -> None:
     source, codes = read(SQUARES + 'float2[] primvars:st = [(1, 2), (nan, 1)] (interpolation = "uniform")')
     assert codes == ["W109"]

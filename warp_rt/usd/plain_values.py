@@ -121,6 +121,8 @@ def _read_primvars(
         if name.endswith(_INDICES):
             continue
         attribute = prim.GetAttribute(name)
+        if attribute.HasAuthoredConnections():
+            return None
         declared = UsdGeom.Primvar(attribute).GetDeclarationInfo()
         if name == "primvars:normals" or not is_declared_drawable(*declared):
             continue

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,6 +22,7 @@ WRONG_LENGTH = "W106"
 BAD_INDEX = "W107"
 WRONG_TYPE = "W108"
 NOT_FINITE = "W109"
+CONNECTED_PRIMVAR = "W112"
 
 Values = Mapping[str, np.ndarray]
 """Values by primvar name: float32, shape [c], or [n, c] for n copies."""
@@ -101,13 +102,24 @@ _ONE_ELEMENT = _OneElement()
 def read_primvars(prim: Usd.Prim, layout: Elements, time: Usd.TimeCode, report: Report) -> dict[str, Primvar]:
     """Return the prim's own primvars of numbers and vectors, by name; inherited ones and normals are not among them."""
     found = {}
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+    for primvar in _own_primvars(prim, report):
         name = primvar.GetPrimvarName()
         if name != "normals" and is_drawable(primvar):
             values = read_primvar(primvar, layout, time, report)
             if values is not None:
                 found[name] = values
     return found
+
+
+def _own_primvars(prim: Usd.Prim, report: Report) -> Iterator[UsdGeom.Primvar]:
+    """Yield a prim's primvars that have values of their own; tell of those that are connected."""
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetAuthoredPrimvars():
+        attribute = primvar.GetAttr()
+        if attribute.HasAuthoredConnections():
+            what = "its own value counts" if attribute.HasAuthoredValue() else "it has no value"
+            report.warn(CONNECTED_PRIMVAR, attribute.GetPath(), f"connections of primvars are not followed; {what}")
+        if primvar.HasAuthoredValue():
+            yield primvar
 
 
 def is_drawable(primvar: UsdGeom.Primvar) -> bool:
@@ -203,7 +215,7 @@ def lay_out(
 def read_constants(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> dict[str, np.ndarray]:
     """Return the own primvars of a prim that has no elements, an implicit shape: float32, shape [c], by name."""
     found = {}
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+    for primvar in _own_primvars(prim, report):
         name = primvar.GetPrimvarName()
         if name == "normals" or not is_drawable(primvar):
             continue
@@ -253,7 +265,7 @@ def rows_by_instance(
         element,
         np.repeat(element[:, None], 3, axis=1),
     )
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+    for primvar in _own_primvars(prim, report):
         if primvar.GetInterpolation() in _SAME_FOR_INSTANCES or not is_drawable(primvar):
             continue
         laid_out = read_primvar(primvar, layout, time, report)
@@ -269,7 +281,7 @@ def constants_of_instances(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -
     of the instance" (UsdGeomPointInstancer, "Primvars on PointInstancer").
     """
     found = {}
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+    for primvar in _own_primvars(prim, report):
         if primvar.GetInterpolation() in _SAME_FOR_INSTANCES and is_drawable(primvar):
             single = read_primvar(primvar, _ONE_ELEMENT, time, report, interpolation="constant")
             if single is not None:
