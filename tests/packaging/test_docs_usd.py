@@ -321,6 +321,12 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         .replace(SPHERE_ST, QUAD.replace('"none"', '"bilinear"')),
         {"/s"},
     ),
+    "N927": (
+        textured(ST + "asset inputs:file = @DIR/good.png@")
+        .replace('Sphere "s"', 'Mesh "s"')
+        .replace(SPHERE_ST, QUAD + "\nfloat[] primvars:st = [0.5]"),
+        {"/M"},
+    ),
     "N912": (
         textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Cube "s"').replace(SPHERE_ST, ""),
         {"/M"},

@@ -16,6 +16,7 @@ from warp_rt.usd.placement import Group
 from warp_rt.usd.primvars import WIDTHS, WRONG_TYPE, is_drawable
 
 NO_SUCH_PRIMVAR = "N912"
+NARROW_PRIMVAR = "N927"
 
 
 def report_missing_primvars(
@@ -39,7 +40,12 @@ def report_missing_primvars(
                 users.setdefault(material, []).append(row)
     for material, sets in users.items():
         rows = np.flatnonzero(np.isin(gprims.materials[group.gprim], sets))
-        for name, is_coordinate in asked[material].items():
+        for name, (width, is_coordinate) in asked[material].items():
+            narrow = rows[_is_narrow(name, width, group, gprims, rows)]
+            if len(narrow):
+                path = gprims.prims[gprims.prim[group.gprim[narrow[0]]]]
+                message = f"reads {width} components of {name}, of which {path} has fewer: the others count as 0"
+                report.warn(NARROW_PRIMVAR, materials[material].path, message)
             lacking = rows[~_has_value(name, group, gprims, rows)]
             missing = []
             for path in dict.fromkeys(gprims.prims[row] for row in np.unique(gprims.prim[group.gprim[lacking]])):
@@ -58,17 +64,23 @@ def report_missing_primvars(
                 )
 
 
-def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, bool]:
-    """Return the primvars that a material reads, by name, and whether they are a texture's coordinates."""
-    names: dict[str, bool] = {}
+def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, tuple[int, bool]]:
+    """Return the primvars that a material reads, by name: how many components, whether they are coordinates."""
+    names: dict[str, tuple[int, bool]] = {}
+
+    def ask(name: str, width: int, is_coordinate: bool) -> None:
+        before = names.get(name, (0, False))
+        names[name] = max(before[0], width), before[1] or is_coordinate
+
     for value in material.inputs.values():
         if value.texture < 0:
             if value.primvar and value.primvar not in WIDTHS:  # whose types are checked where they are read
-                names.setdefault(value.primvar, False)
+                read = np.flatnonzero(value.scale[:3])  # of a vector
+                ask(value.primvar, value.channel + 1 if value.channel >= 0 else int(read.max(initial=0)) + 1, False)
             continue
         texture = textures[value.texture]
         if texture.image >= 0 and np.any(texture.uv_transform[:, :2]):
-            names[texture.primvar] = True
+            ask(texture.primvar, 2, True)
     return names
 
 
@@ -81,6 +93,16 @@ def _has_value(name: str, group: Group, gprims: Gprims, rows: np.ndarray) -> np.
     """Return which rows of a group have a primvar, of their mesh or from above: bool."""
     has_own = np.array([_has_own(name, mesh) for mesh in gprims.meshes] or [False])[gprims.mesh[group.gprim[rows]]]
     return has_own | ~np.isnan(group.values[name][rows, 0]) if name in group.values else has_own
+
+
+def _is_narrow(name: str, width: int, group: Group, gprims: Gprims, rows: np.ndarray) -> np.ndarray:
+    """Return which rows of a group take a primvar of fewer components, of their mesh or from above: bool."""
+    own = [name in mesh.primvars and mesh.primvars[name].values.shape[-1] < width for mesh in gprims.meshes]
+    is_narrow = np.array(own or [False])[gprims.mesh[group.gprim[rows]]]
+    if name not in group.values:
+        return is_narrow
+    values = group.values[name]
+    return np.where(np.isnan(values[rows, 0]), is_narrow, values.shape[1] < width)
 
 
 def _has_own(name: str, geometry: Mesh | Shapes) -> bool:
