@@ -14,7 +14,8 @@ import warp as wp
 
 from .bounds import box_half_area, box_padding
 from .bvh_structs import BinaryTrees, Box
-from .constants import NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
+from .constants import LEAF_FLOATS, LEAF_IDS, NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -335,21 +336,22 @@ def summarize_trees(
     costs_out[tree] = trees.costs[root, 0]
 
 
-@wp.func_native(
-    """
-    float* words = leaves.data + (size_t)leaf * 160;
-    int* ids_out = (int*)words + 144;
-    for (int lane = 0; lane < 16; ++lane) {
+_PACK_LEAF = """
+    float* words = leaves.data + (size_t)leaf * LEAF_FLOATS;
+    int* ids_out = (int*)words + LEAF_IDS;
+    for (int lane = 0; lane < WIDTH; ++lane) {
         const int triangle = lane < count ? ids.data[begin + lane] + first_id : -1;
         for (int corner = 0; corner < 3; ++corner) {
             const float* p = triangle < 0 ? nullptr : &points.data[triangles.data[3 * (size_t)triangle + corner]][0];
             for (int axis = 0; axis < 3; ++axis)
-                words[48 * corner + 16 * axis + lane] = p ? p[axis] : NAN;
+                words[(3 * corner + axis) * WIDTH + lane] = p ? p[axis] : NAN;
         }
         ids_out[lane] = triangle < 0 ? -1 : triangle - first_triangle;
     }
 """
-)
+
+
+@wp.func_native(spell_out(_PACK_LEAF, LEAF_FLOATS=LEAF_FLOATS, LEAF_IDS=LEAF_IDS, WIDTH=WIDTH))
 def pack_leaf(
     ids: wp.array[int],
     begin: int,

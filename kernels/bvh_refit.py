@@ -11,19 +11,19 @@ from .bounds import box_half_area, box_padding
 from .bvh_collapse import order_lanes, pack_leaf
 from .bvh_structs import Box
 from .constants import LEAF_FLOATS, LEAF_IDS, NODE_CHILDREN, NODE_FLOATS, WIDTH
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
 
-@wp.func_native(
-    """
-    const float* words = leaves.data + (size_t)leaf * 160;
+_MEASURE_LEAF = """
+    const float* words = leaves.data + (size_t)leaf * LEAF_FLOATS;
     for (int axis = 0; axis < 3; ++axis) {
         float low = INFINITY, high = -INFINITY;
         for (int corner = 0; corner < 3; ++corner) {
-            for (int lane = 0; lane < 16; ++lane) {
+            for (int lane = 0; lane < WIDTH; ++lane) {
                 // Empty lanes hold NaN, which is neither less nor greater.
-                const float value = words[48 * corner + 16 * axis + lane];
+                const float value = words[(3 * corner + axis) * WIDTH + lane];
                 low = value < low ? value : low;
                 high = value > high ? value : high;
             }
@@ -32,7 +32,9 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll":
         boxes.data[leaf].high[axis] = high;
     }
 """
-)
+
+
+@wp.func_native(spell_out(_MEASURE_LEAF, LEAF_FLOATS=LEAF_FLOATS, WIDTH=WIDTH))
 def measure_leaf(leaves: wp.array[float], leaf: int, boxes: wp.array[Box]):
     """Write the box of a leaf packet's triangles."""
     ...

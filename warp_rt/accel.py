@@ -119,6 +119,7 @@ def build_accel(
         OptionError: There is no such builder or triangle test, or ``scene`` is no Scene.
         DeviceError: There is no such device.
         LimitError: The scene has more triangles than fit.
+        SceneError: A point is not finite, or farther than 1e15 from its mesh's origin.
     """
     check_scene(scene)
     for name, value, choices in (("bvh", bvh, BUILDERS), ("intersector", intersector, INTERSECTORS)):
@@ -146,7 +147,7 @@ def refit_accel(accel: Accel, scene: Scene, *, threads: int | None = None) -> Ac
         threads: CPU threads; None: one a core. Their number does not change the result.
 
     Raises:
-        SceneError: The scene's meshes have other triangles.
+        SceneError: The scene's meshes have other triangles, or points that ``build_accel`` refuses.
 
     Reference: Wald, Boulos and Shirley (2007), Ray Tracing Deformable Scenes Using Dynamic Bounding Volume
     Hierarchies, ACM Transactions on Graphics 26(1), section 4.

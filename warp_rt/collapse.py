@@ -17,7 +17,7 @@ from warp_rt.kernels.bvh_collapse import WideNode
 from warp_rt.kernels.bvh_structs import Box
 from warp_rt.kernels.constants import NODE_FLOATS, WIDTH
 
-_NODE_WEIGHT = 32  # a wide node beside one reference: its children are found in some microseconds
+_WIDE_NODE_WEIGHT = 32  # a wide node beside one reference: its children are found in some microseconds
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def collapse_forest(trees: Any, roots: wp.array, node_offset: int, executor: Exe
         inputs = [trees, level, children[at], node_offset]
         below = levels[at + 1] if at + 1 < len(levels) else nothing
         outputs = [below, numbers[at], leaf_slots, leaf_trees, nodes]
-        executor.launch(bvh_collapse.write_nodes, level.shape[0], inputs, outputs, weight=_NODE_WEIGHT)
+        executor.launch(bvh_collapse.write_nodes, level.shape[0], inputs, outputs, weight=_WIDE_NODE_WEIGHT)
 
     boxes, costs = executor.empty(tree_count, Box), executor.empty(tree_count, wp.float32)
     executor.launch(bvh_collapse.summarize_trees, tree_count, [trees, roots], [boxes, costs])
@@ -142,7 +142,7 @@ def _open_level(trees: Any, level: wp.array, children: wp.array, executor: Execu
     """Write the children of a level's nodes and return the level below: ``WideNode``, shape [n]."""
     count = level.shape[0]
     inner_counts = executor.empty(count, wp.int32)
-    executor.launch(bvh_collapse.open_nodes, count, [trees], [level, children, inner_counts], weight=_NODE_WEIGHT)
+    executor.launch(bvh_collapse.open_nodes, count, [trees], [level, children, inner_counts], weight=_WIDE_NODE_WEIGHT)
     inner_ends, below_count = executor.sum_up(inner_counts)
     below = executor.empty(below_count, WideNode)
     executor.launch(bvh_collapse.list_children, count, [trees, level, inner_ends], [children, below])

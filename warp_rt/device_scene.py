@@ -37,6 +37,7 @@ from warp_rt.scene import (
     Texture,
     Tiles,
 )
+from warp_rt.scene.rows import check_materials
 from warp_rt.specular_albedo import specular_albedo
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.tile_grid import grid_levels
@@ -95,7 +96,11 @@ def upload_scene(
         samples_domes: Whether domes are sampled, for which the brightness of their images is summed up.
         aovs: What is wanted of it; the primvars among them are uploaded.
         previous: Whose images are used again where those of ``scene`` are the same objects and read alike.
+
+    Raises:
+        SceneError: Something that is placed has no material.
     """
+    check_materials(scene.instances, scene.meshes, len(scene.materials))
     placement = placement or place_scene(scene)
     shown = {aov: aov.partition(":")[2] for aov in aovs if is_primvar_aov(aov)}
     slots = _primvar_slots(scene, shown.values())

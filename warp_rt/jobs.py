@@ -40,17 +40,19 @@ class Chunks:
 
 @cache
 def numpy_type(dtype: Any) -> np.dtype:
-    """Return the NumPy type of a Warp type, a scalar's or a struct's; kept, for making a struct's takes 40 us."""
+    """Return the NumPy type of a Warp type, a scalar, vector or struct; kept, for making a struct's takes 40 us."""
+    if wp.types.type_is_vector(dtype):
+        return np.dtype((wp.dtype_to_numpy(dtype._wp_scalar_type_), dtype._shape_))
     return np.dtype(dtype.numpy_dtype() if hasattr(dtype, "numpy_dtype") else wp.dtype_to_numpy(dtype))
 
 
 def host_array(shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
-    """Return new memory that begins at a cache line; its content is undefined."""
-    count = math.prod(shape) if isinstance(shape, tuple) else shape
-    size = count * np.dtype(dtype).itemsize
+    """Return new memory that begins at a cache line, vectors as further axes; its content is undefined."""
+    shape, dtype = shape if isinstance(shape, tuple) else (shape,), np.dtype(dtype)
+    size = math.prod(shape) * dtype.itemsize
     memory = np.empty(size + _ALIGNMENT, np.uint8)
     start = -memory.ctypes.data % _ALIGNMENT
-    return memory[start : start + size].view(dtype).reshape(shape)
+    return memory[start : start + size].view(dtype.base).reshape(*shape, *dtype.shape)
 
 
 def as_warp(array: np.ndarray, dtype: Any) -> wp.array:

@@ -18,7 +18,10 @@ Tile = tuple[int, int, int, int]
 """x, y, width, height [pixel], film coordinates."""
 
 CUDA_BAND_PIXELS = 1 << 16
-"""Pixels of one launch on CUDA: bounds both its run time and the scratch that its threads need."""
+"""Pixels of one launch on CUDA at most: bounds its run time."""
+
+CUDA_SCRATCH_BYTES = 1 << 30
+"""Of the scratch memory of one launch on CUDA at most, however deep its ray trees are."""
 
 
 def tiles_of(width: int, height: int, side: int) -> list[Tile]:
@@ -30,10 +33,17 @@ def tiles_of(width: int, height: int, side: int) -> list[Tile]:
     ]
 
 
-def bands_of(width: int, height: int) -> list[Tile]:
-    """Return bands of whole rows, or of parts of one where a row alone is too long."""
-    rows = max(CUDA_BAND_PIXELS // width, 1)
-    columns = min(width, CUDA_BAND_PIXELS)
+def bands_of(width: int, height: int, scratch: int) -> list[Tile]:
+    """Return bands of whole rows, or of parts of one where a row alone is too long.
+
+    Args:
+        width: Of the picture [pixel].
+        height: Likewise.
+        scratch: Memory that each pixel of a band needs [byte].
+    """
+    pixels = max(min(CUDA_BAND_PIXELS, CUDA_SCRATCH_BYTES // scratch), 1)
+    rows = max(pixels // width, 1)
+    columns = min(width, pixels)
     return [
         (x, y, min(columns, width - x), min(rows, height - y))
         for y in range(0, height, rows)

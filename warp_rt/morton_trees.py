@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.jobs import Executor, as_warp, host_array
+from warp_rt.jobs import Executor
 from warp_rt.kernels import bvh_linear, bvh_ploc
 from warp_rt.kernels.bvh_linear import Run
 from warp_rt.kernels.bvh_ploc import Cluster
@@ -21,7 +21,7 @@ from warp_rt.kernels.bvh_structs import BinaryNode, BinaryTrees, Reference
 from warp_rt.kernels.constants import PLOC_RADIUS, WIDTH
 
 _UNLIMITED = (1 << 31) - 1
-_NODE_WEIGHT = 8  # a node with its costs beside one reference
+_BINARY_NODE_WEIGHT = 8  # a node with its costs beside one reference
 # A round is slow that joins less than one in so many clusters that could be, and neighbours are joined in the next one,
 # at least half of those of any tree of three or more. So there are at most some 300 rounds, which are as many levels.
 _SLOW = 16
@@ -58,7 +58,7 @@ def build_linear_trees(
     trees = _make_trees(int(ends[-1]), references.shape[0], executor)
     for level, end in zip(reversed(levels), reversed(ends.tolist()), strict=True):
         inputs = [references, level, end - level.shape[0], end]
-        executor.launch(bvh_linear.write_runs, level.shape[0], inputs, [trees], weight=_NODE_WEIGHT)
+        executor.launch(bvh_linear.write_runs, level.shape[0], inputs, [trees], weight=_BINARY_NODE_WEIGHT)
     return trees, executor.upload(np.arange(tree_count, dtype=np.int32), wp.int32)
 
 
@@ -89,14 +89,14 @@ def build_clustered_trees(
     executor.launch(bvh_ploc.count_references, leaf_count, [clusters], [leaf_counts])
     count_ends, _ = executor.sum_up(leaf_counts)
     inputs = [references, following, count_ends]
-    executor.launch(bvh_ploc.write_packets, leaf_count, inputs, [clusters, trees], weight=_NODE_WEIGHT)
+    executor.launch(bvh_ploc.write_packets, leaf_count, inputs, [clusters, trees], weight=_BINARY_NODE_WEIGHT)
     slot = leaf_count
     is_slow = False
     while clusters.shape[0] > tree_count:
         round_ = _pair(clusters, _UNLIMITED, is_slow, executor)
         inputs = [clusters, round_.nearest, round_.sums, slot]
         joined = executor.empty(round_.kept, Cluster)
-        executor.launch(bvh_ploc.join_nodes, clusters.shape[0], inputs, [trees, joined], weight=_NODE_WEIGHT)
+        executor.launch(bvh_ploc.join_nodes, clusters.shape[0], inputs, [trees, joined], weight=_BINARY_NODE_WEIGHT)
         clusters = joined
         slot += round_.joined
         is_slow = not is_slow and round_.joined * _SLOW < round_.able
@@ -130,17 +130,10 @@ def _pair(clusters: wp.array, capacity: int, is_slow: bool, executor: Executor) 
     else:
         inputs = [clusters, capacity, capacity != _UNLIMITED]
         executor.launch(bvh_ploc.find_nearest, count, inputs, [nearest], weight=int(PLOC_RADIUS))
-    marks, sums = _empty_marks(count, executor), _empty_marks(count, executor)
+    marks, sums = executor.empty(count, wp.vec3i), executor.empty(count, wp.vec3i)
     executor.launch(bvh_ploc.mark_pairs, count, [nearest], [marks])
     executor.scan(marks, sums)
     return _Round(nearest, sums, *(int(number) for number in sums[-1:].numpy()[0]))
-
-
-def _empty_marks(count: int, executor: Executor) -> wp.array:
-    """Return room for what ``mark_pairs`` writes."""
-    if executor.device != "cpu":
-        return wp.empty(count, dtype=wp.vec3i, device=executor.device)
-    return as_warp(host_array((count, 3), np.int32), wp.vec3i)
 
 
 def _sort(references: wp.array, ranges: wp.array, counts: np.ndarray, executor: Executor) -> tuple[wp.array, wp.array]:

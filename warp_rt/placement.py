@@ -13,9 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rt.scene import Instances, Mesh, Scene, Shapes, local_bounds, point_bounds
+from warp_rt.errors import SceneError
+from warp_rt.scene import Instances, Mesh, Scene, Shapes, local_bounds, point_bounds, primitive_count
 
 _BLOCK = 4096
+# Areas of boxes are squares of coordinates, and a hierarchy's cost is a sum of areas: with 3 * 2e15^2 for each of the
+# 2.6e7 nodes and leaves that a hierarchy can hold, it stays in float32's range.
+_MAX_COORDINATE = 1e15
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,12 @@ class Placement:
 
 
 def place_scene(scene: Scene) -> Placement:
-    """Return the coordinates that a scene is uploaded in."""
-    mesh_origins = np.array([_mesh_origin(mesh) for mesh in scene.meshes]).reshape(-1, 3)
+    """Return the coordinates that a scene is uploaded in.
+
+    Raises:
+        SceneError: A triangle or a shape reaches farther than 1e15 from its mesh's origin, or is not finite.
+    """
+    mesh_origins = np.array([_mesh_origin(mesh, row) for row, mesh in enumerate(scene.meshes)]).reshape(-1, 3)
     return Placement(scene.origin(), mesh_origins, scene.instances)
 
 
@@ -67,16 +75,27 @@ def relative_points(points: np.ndarray, mesh_origin: np.ndarray) -> np.ndarray:
     return (points.astype(np.float64) - mesh_origin).astype(np.float32)
 
 
-def _mesh_origin(geometry: Mesh | Shapes) -> np.ndarray:
+def _mesh_origin(geometry: Mesh | Shapes, row: int) -> np.ndarray:
     """Return the local origin, unless points lie beyond 8 times their extent from it; then the centre of their box."""
-    if not len(geometry.points):
+    if not primitive_count(geometry):
         return np.zeros(3)
-    low, high = local_bounds(geometry) if isinstance(geometry, Shapes) else point_bounds(geometry.points)
+    box = local_bounds(geometry) if isinstance(geometry, Shapes) else point_bounds(geometry.points)
+    reach = np.abs(box).max()
+    if not reach <= _MAX_COORDINATE:
+        box = local_bounds(geometry)  # points that no triangle names may lie anywhere
+        reach = np.abs(box).max()
+    if not np.isfinite(reach):
+        raise SceneError(f"mesh {row}: a point is not finite")
+    low, high = box
     center = (low + high) / 2
-    if np.abs(center).max() <= 8 * np.linalg.norm(high - low):
-        return np.zeros(3)
-    # A float32 number, so that differences from it are exact.
-    return center.astype(np.float32).astype(float)
+    origin = np.zeros(3)
+    if np.abs(center).max() > 8 * np.linalg.norm(high - low):
+        # A float32 number, so that differences from it are exact.
+        origin = center.astype(np.float32).astype(float)
+        reach = np.abs(box - origin).max()
+    if reach > _MAX_COORDINATE:
+        raise SceneError(f"mesh {row}: a point is farther than {_MAX_COORDINATE:g} from the origin")
+    return origin
 
 
 def _inverse(linear: np.ndarray) -> np.ndarray:

@@ -103,6 +103,7 @@ class Renderer:
         OptionError: ``scene`` is no Scene.
         DeviceError: There is no such device.
         LimitError: The scene has more triangles than a hierarchy can hold.
+        SceneError: A point is not finite, or farther than 1e15 from its mesh's origin; or something has no material.
     """
 
     def __init__(
@@ -440,7 +441,8 @@ class Renderer:
         """
         is_cpu = self.device == "cpu"
         size, options, deadline = film.buffers.area[2:], film.options, film.deadline
-        tiles = tiles_of(*size, options.tile_size) if is_cpu else bands_of(*size)
+        depth = options.depth or DEFAULT_DEPTH
+        tiles = tiles_of(*size, options.tile_size) if is_cpu else bands_of(*size, _task_bytes(depth))
         rows = 1 if is_cpu else max(tile[2] * tile[3] for tile in tiles)
         scratches: list[Scratch] = []
         stop = StopFlag(self.device)
@@ -450,7 +452,6 @@ class Renderer:
         is_together = self._kernel in (_KERNELS[True, False], _KERNELS[True, True])
 
         def record() -> tuple[wp.Launch, int]:
-            depth = options.depth or DEFAULT_DEPTH
             scratches.append(self._tile_scratch(depth) if is_together else self._scratch(rows, depth))
             inputs = [*shared, stop.array, *scratches[-1].arguments]
             following = [wp.vec4i(), 0]
@@ -535,6 +536,11 @@ def _seen_box(scene: Scene) -> np.ndarray | None:
         instances = instances[np.flatnonzero(instances.seen_by & RayMask.EYE)]
     box = dataclasses.replace(scene, instances=instances).bounds()
     return box if np.isfinite(box).all() else None
+
+
+def _task_bytes(depth: int) -> int:
+    """Return the memory of a pixel's ray tasks where trees are walked ray by ray."""
+    return int(ray_tree.task_capacity(depth, int(PASS_LIMIT)) * wp.types.type_size_in_bytes(structs.RayTask))
 
 
 def _diagonal(scene: Scene) -> float:

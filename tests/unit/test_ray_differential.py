@@ -18,7 +18,7 @@ from warp_rt.kernels.ray_differential import bend_differential, coordinate_diffe
 from warp_rt.kernels.structs import DomeData, RayDifferential, SceneData
 from warp_rt.kernels.surface import make_surface
 from warp_rt.kernels.vector import face_forward
-from warp_rt.scene import Instances, Mesh, Primvar, ShapeKind, Shapes
+from warp_rt.scene import Instances, Material, MaterialModel, Mesh, Primvar, ShapeKind, Shapes
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -72,7 +72,8 @@ def check(
 ) -> None:
     """Compare a ray to ``target`` and its differential with the change to a ray a small step aside."""
     row = np.zeros(1, np.int32)
-    scene = Scene((geometry,), Instances(row, matrix[None], row, row, row, row - 1))
+    material = Material("/m", MaterialModel.WHITTED)
+    scene = Scene((geometry,), Instances(row, matrix[None], row, row, row, row - 1), materials=(material,))
     data = upload_scene(scene, device="cpu").data
     aim, side = target - ROOT, np.array((0.3, 0.1, -0.4))  # the ray is ROOT + t (aim + x side), from ROOT + x shift
     shift = np.array((0.2, 0.0, 0.1))

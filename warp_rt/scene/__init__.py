@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scene: frozen dataclasses of NumPy arrays that know neither pxr nor Warp.
 
-Everything in a :class:`Scene` has been validated by whoever made it, for kernels check nothing: indices are in
-range, numbers are finite, transforms are invertible. Matrices act on column vectors and read right to left,
-``p_world = world_from_local @ p_local``. Colours are linear Rec. 709. Lengths are scene units, angles radians.
+Kernels check nothing. A :class:`Scene` refuses rows that do not exist, and building a hierarchy refuses coordinates
+that are too large or not finite; all else has been validated by whoever made it: triangles name points, transforms are
+invertible. Matrices act on column vectors and read right to left, ``p_world = world_from_local @ p_local``. Colours are
+linear Rec. 709. Lengths are scene units, angles radians.
 """
 
 from warp_rt.scene.bounds import local_bounds, local_boxes, point_bounds, primitive_count, shape_boxes

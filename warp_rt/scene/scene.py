@@ -17,6 +17,7 @@ from warp_rt.scene.cameras import Camera
 from warp_rt.scene.geometry import Instances, Mesh, Primvar, Shapes, is_closed
 from warp_rt.scene.lights import Dome, Light
 from warp_rt.scene.materials import Image, Material, MaterialModel, Texture
+from warp_rt.scene.rows import check_rows
 from warp_rt.scene.settings import Product, Settings
 
 
@@ -51,6 +52,14 @@ class Scene:
     time: float | None = None
     """Time code; None: the default time."""
     diagnostics: tuple[Diagnostic, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit each other.
+
+        Raises:
+            SceneError: An instance names a mesh, a material or a prim that is not there.
+        """
+        check_rows(self.instances, len(self.meshes), len(self.materials), len(self.prims))
 
     def __repr__(self) -> str:
         counts = {
