@@ -102,13 +102,21 @@ _PROFILE_VALUES = np.array(  # no two halves are alike
 )
 
 
+_STRIPES = np.array([0.0, *(10.0 * k + side for k in range(1, 18) for side in (-0.5, 0.5)), 180.0])
+"""Angles between which the second profile, like luxtest's, is bright and dark by turns, over all horizontal angles."""
+_PROFILES = {
+    "profile.ies": (_PROFILE_VERTICAL, _PROFILE_HORIZONTAL, _PROFILE_VALUES),
+    "stripes.ies": (_STRIPES, np.array([0.0, 360.0]), np.tile(np.repeat(np.resize([300.0, 30.0], 18), 2), (2, 1))),
+}
+
+
 def write_files(folder: Path) -> dict[str, Path]:
-    """Write a profile, a rect's texture and a dome's image into a folder; return their paths by name."""
-    numbers = [1, -1, 1, len(_PROFILE_VERTICAL), len(_PROFILE_HORIZONTAL), 1, 2, 0, 0, 0, 1, 1, 0]
-    rows = [numbers, _PROFILE_VERTICAL, _PROFILE_HORIZONTAL, *_PROFILE_VALUES]
-    text = "\n".join(" ".join(f"{number:g}" for number in row) for row in rows)
-    paths = {name: folder / name for name in ("profile.ies", "texture.png", "sky.png")}
-    paths["profile.ies"].write_text(f"IESNA:LM-63-2002\nTILT=NONE\n{text}\n", encoding="ascii")
+    """Write two profiles, a rect's texture and a dome's image into a folder; return their paths by name."""
+    paths = {name: folder / name for name in (*_PROFILES, "texture.png", "sky.png")}
+    for name, (vertical, horizontal, values) in _PROFILES.items():
+        numbers = [1, -1, 1, len(vertical), len(horizontal), 1, 2, 0, 0, 0, 1, 1, 0]
+        text = "\n".join(" ".join(f"{number:g}" for number in row) for row in (numbers, vertical, horizontal, *values))
+        paths[name].write_text(f"IESNA:LM-63-2002\nTILT=NONE\n{text}\n", encoding="ascii")
     PillowImage.fromarray(_texture()).save(paths["texture.png"])
     PillowImage.fromarray(_sky()).save(paths["sky.png"])
     return paths
@@ -199,6 +207,15 @@ def _shaping_sweeps(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str,
     yield "cone", _each(base, cone, angles)
     yield "cone, standing", [replace(_with(f, **small), matrix=STANDING) for f in _each(base, cone, angles)]
     yield "cone, far", [replace(f, matrix=moved(0.7, 20, -0.4) @ turned(0, -90)) for f in _each(base, cone, [3.0, 8.0])]
+    down = moved(0.3, 0, 0.2) @ turned(0, -90)
+    for value in (20.0, 50.0, 200.0, 1000.0):
+        sharp = _with(open_, **{focus: value})
+        yield f"focus {value:g}, far", [replace(sharp, matrix=moved(0, y, 0) @ down) for y in (5.0, 14.0, 20.0)]
+    soft = _with(base, **{cone: 40.0, softness: 1.0})
+    yield "softness, far", [replace(soft, matrix=moved(0, 20, 0) @ down)]
+    wall = {"width": 8.0, "height": 8.0, "radius": 4.0, "length": 8.0}
+    through = replace(_with(base, **{name: wall[name] for name in _SIZES[kind]}), matrix=moved(0, 4, 3))
+    yield "softness, a wall", [_with(through, **{cone: c, softness: s}) for c, s in ((60.0, 0.5), (90.0, 1.0))]
     yield "softness", _each(_with(base, **{cone: 45.0}), softness, [0.0, 0.25, 0.5, 0.75, 1.0])
     sheared = _with(base, **small, **{cone: 170.0, focus: 2.0, tint: (0, 0, 1)})
     places = [turned(1, angle) @ SHEAR for angle in (0, 45, 90, 135, 180)]
@@ -206,6 +223,10 @@ def _shaping_sweeps(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str,
     profile = _with(open_, **{"shaping:ies:file": files["profile.ies"]})
     scale, normalize = "shaping:ies:angleScale", "shaping:ies:normalize"
     yield "profile", _each(profile, scale, [-1.0, -0.5, 0.0, 0.5, 1.0])
+    afar = replace(profile, matrix=moved(0, 60, 0) @ down)
+    yield "profile, far, angleScale", _each(afar, scale, [0.03, 0.1, -0.97])
+    stripes = _with(profile, **{"shaping:ies:file": files["stripes.ies"]})
+    yield "profile of stripes", [stripes, replace(stripes, matrix=moved(0, 3, 0) @ down)]
     yield "profile, normalized", _each(_with(profile, **{normalize: True}), scale, [-0.5, 0.0, 0.5])
     turns = [OVERHEAD @ turned(2, angle) for angle in (0, 70, 200)]
     yield "profile, overhead", [replace(profile, matrix=turn) for turn in turns]
@@ -464,11 +485,13 @@ def _bilinear(image: np.ndarray, row: np.ndarray, column: np.ndarray, *, wraps: 
 def _profile(frame: LightFrame, emitted: np.ndarray) -> np.ndarray:
     """Return the profile's factor for directions that light leaves in, the light's own space: shape [n]."""
     scale = frame.attributes.get("shaping:ies:angleScale", 0.0)
-    factor = _profile_values(emitted, scale)
+    factor = _profile_values(emitted, scale, *_PROFILES[frame.attributes["shaping:ies:file"].name])
     return factor / _profile_mean() if frame.attributes.get("shaping:ies:normalize") else factor
 
 
-def _profile_values(emitted: np.ndarray, scale: float) -> np.ndarray:
+def _profile_values(
+    emitted: np.ndarray, scale: float, vertical: np.ndarray, horizontal: np.ndarray, values: np.ndarray
+) -> np.ndarray:
     theta = np.arccos(np.clip(-emitted[:, 2] / np.linalg.norm(emitted, axis=1), -1, 1))
     if scale > 0:
         theta = theta / scale
@@ -476,12 +499,12 @@ def _profile_values(emitted: np.ndarray, scale: float) -> np.ndarray:
         theta = (theta - np.pi) / -scale + np.pi
     phi = np.degrees(np.arctan2(-emitted[:, 1], -emitted[:, 0])) % 360
     theta = np.degrees(theta)
-    i = np.clip(np.searchsorted(_PROFILE_VERTICAL, theta, side="right") - 1, 0, len(_PROFILE_VERTICAL) - 2)
-    j = np.clip(np.searchsorted(_PROFILE_HORIZONTAL, phi, side="right") - 1, 0, len(_PROFILE_HORIZONTAL) - 2)
-    v = (theta - _PROFILE_VERTICAL[i]) / np.diff(_PROFILE_VERTICAL)[i]
-    h = (phi - _PROFILE_HORIZONTAL[j]) / np.diff(_PROFILE_HORIZONTAL)[j]
-    low = _PROFILE_VALUES[j, i] * (1 - v) + _PROFILE_VALUES[j, i + 1] * v
-    high = _PROFILE_VALUES[j + 1, i] * (1 - v) + _PROFILE_VALUES[j + 1, i + 1] * v
+    i = np.clip(np.searchsorted(vertical, theta, side="right") - 1, 0, len(vertical) - 2)
+    j = np.clip(np.searchsorted(horizontal, phi, side="right") - 1, 0, len(horizontal) - 2)
+    v = (theta - vertical[i]) / np.diff(vertical)[i]
+    h = (phi - horizontal[j]) / np.diff(horizontal)[j]
+    low = values[j, i] * (1 - v) + values[j, i + 1] * v
+    high = values[j + 1, i] * (1 - v) + values[j + 1, i + 1] * v
     return np.where((theta >= 0) & (theta <= 180), low * (1 - h) + high * h, 0.0)
 
 

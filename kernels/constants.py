@@ -343,9 +343,6 @@ SLIVER_CELLS = wp.constant(8.0)
 CONE_CELLS = wp.constant(4.0)
 """Cells that the half angle of a cone is wide at least, where its rim cuts through the light."""
 
-PROFILE_CELL = wp.constant(0.1)
-"""Width of a cell [rad] under an IES profile, whose own are 5 degrees in most files."""
-
 POLE = wp.constant(1.0e-3)
 """Angle [rad] by which an IES profile may end before a pole and still reach it: files are rounded."""
 
@@ -358,9 +355,16 @@ STEEPEST = wp.constant(1.45)
 FOCUS_DARK = wp.constant(1.0e-3)
 """Focus factor below which a light gets no more cells for the sake of it."""
 
-FAR_PROFILE = wp.constant(64.0)
-"""Distance, in half diagonals, from which a light with a profile counts as if all of it were at its centre: there it is
-2 degrees wide."""
+FAR_PROFILE = wp.constant(0.15)
+"""Half of the angle that a light with a profile covers, in cells of the profile, up to which it counts as if all of it
+were where its light comes from in the mean."""
+
+FAR_FOCUS = wp.constant(0.25)
+"""The same for a focus, by the angle in which it falls to 1 / e: the mean over a rectangle is off by a 12th of its
+square, half a percent."""
+
+LARGE_DISK = wp.constant(2.0)
+"""Distance of a disk's centre, in diagonals of the square on its half axes, up to which its solid angle is cut."""
 
 SEAM = wp.constant(1.0e-5)
 """Distance beyond a UDIM tile, in tiles, and beyond the first in parts of its coordinate, at which a place still counts

@@ -249,5 +249,6 @@ def sample_light(light: LightData, position: wp.vec3) -> LightSample:
             s.wi = flux
             return s
         s.wi = flux / amount
-    s.irradiance = wp.cw_mul(light.emission * amount, cone_factor(light, wp.dot(s.to_shadow, light.axis_z), 0.0))
+    # Shaped as where it comes from in the mean: of a cylinder that is nearer than its axis.
+    s.irradiance = wp.cw_mul(light.emission * amount, cone_factor(light, wp.dot(s.wi, light.axis_z), 0.0))
     return s

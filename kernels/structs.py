@@ -251,6 +251,14 @@ class ProfileData:
     horizontal_count: wp.int32
     angle_scale: wp.float32
     """UsdLux's ``shaping:ies:angleScale``."""
+    first_end: wp.float32
+    """Angle to the light's axis [rad] at which its vertical angles begin; a far negative one where that is a pole."""
+    last_end: wp.float32
+    """At which they end, likewise."""
+    vertical_cell: wp.float32
+    """Change of the angle to the light's axis [rad] within which the profile is nearly a straight line."""
+    horizontal_cell: wp.float32
+    """The same for the angle about the axis."""
     row_x: wp.vec3
     """Rows of the matrix from world space to the light's, up to one factor for all; so too ``row_y`` and ``row_z``."""
     row_y: wp.vec3

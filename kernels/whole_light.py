@@ -6,19 +6,21 @@ import warp as wp
 
 from .constants import (
     CONE_CELLS,
+    FAR_FOCUS,
     FAR_LIGHT,
     FAR_PROFILE,
     FOCUS_CELLS,
     FOCUS_DARK,
+    LARGE_DISK,
     LIGHT_CELLS,
     LIGHT_CELLS_FINE,
     LIGHT_CELLS_MAX,
-    PROFILE_CELL,
     SLIVER_CELLS,
     STEEPEST,
 )
 from .emission import EmissionCell, light_emission, mean_emission, rect_coordinates
 from .light import (
+    KIND_DISK,
     KIND_DISTANT,
     KIND_MESH,
     KIND_POINT,
@@ -32,6 +34,7 @@ from .light_direction import LightDirection
 from .outline import SeenPart, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
+from .sample_rect import sample_rect
 from .sampling import concentric_disk
 from .structs import LightData, SceneData
 from .vector import max_magnitude
@@ -83,12 +86,72 @@ def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int
 
 
 @wp.func
-def is_plain(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
+def angle_to_axis(light: wp.ref[LightData], wi: wp.vec3) -> float:
+    """Return the angle to the light's axis of what it sends along -wi."""
+    return wp.acos(wp.clamp(wp.dot(wi, light.axis_z), -1.0, 1.0))
+
+
+@wp.func
+def focus_rate(light: wp.ref[LightData], to_center: wp.vec3, half: float) -> float:
+    """Return by how many powers of e a focused light changes a radian where it does so most; 0 where it is dark.
+
+    That is the focus times the tangent of the angle to the axis, near which its square root counts, the width of the
+    peak.
+
+    Args:
+        light: One with a focus.
+        to_center: From the surface to its centre.
+        half: Its :func:`half_angle`.
+    """
+    theta = angle_to_axis(light, wp.normalize(to_center))
+    theta = wp.min(theta, wp.pi - theta)
+    if wp.pow(wp.cos(wp.max(theta - half, 0.0)), light.focus) <= FOCUS_DARK:
+        return 0.0
+    root = wp.sqrt(light.focus)
+    return root * wp.max(1.0, root * wp.tan(wp.min(theta + half, STEEPEST)))
+
+
+@wp.func
+def profile_cell(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> float:
+    """Return the width of a cell [rad] within which a light's profile is nearly a plane.
+
+    Args:
+        scene: Profiles.
+        light: One with a profile.
+        to_center: From the surface to its centre.
+        half: Its :func:`half_angle`.
+    """
+    profile = scene.profiles[light.profile]
+    sine = wp.sin(angle_to_axis(light, wp.normalize(to_center)))
+    # Horizontal angles crowd at the axis: there a share of the light is as fine as it gets.
+    return wp.min(profile.vertical_cell, profile.horizontal_cell * wp.max(sine, half))
+
+
+@wp.func
+def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
+    """Return whether a light is so small that its profile does not tell its points apart.
+
+    Args:
+        scene: Profiles.
+        light: One with a profile.
+        to_center: From the surface to its centre.
+        half: Its :func:`half_angle`.
+    """
+    profile = scene.profiles[light.profile]
+    theta = angle_to_axis(light, wp.normalize(to_center))
+    if wp.abs(theta - profile.first_end) <= half or wp.abs(theta - profile.last_end) <= half:
+        return False
+    return half <= FAR_PROFILE * profile_cell(scene, light, to_center, half)
+
+
+@wp.func
+def is_plain(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
     """Return whether a light's closed form, that of its whole and even shape, shaped as at its centre, is what counts.
 
     It is not where the horizon cuts through the light, and for one whose radiance or shape varies where that is seen.
 
     Args:
+        scene: Profiles.
         light: The light.
         position: Of the surface.
         n: Its unit normal.
@@ -107,14 +170,13 @@ def is_plain(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
         return False
     if light.varies == 0:
         return True
-    far = FAR_PROFILE if light.profile >= 0 else FAR_LIGHT
-    return wp.length_sq(center) >= far * far * size2 and cone_view(light, center, size2) == EVEN
-
-
-@wp.func
-def angle_to_axis(light: wp.ref[LightData], wi: wp.vec3) -> float:
-    """Return the angle to the light's axis of what it sends along -wi."""
-    return wp.acos(wp.clamp(wp.dot(wi, light.axis_z), -1.0, 1.0))
+    d2 = wp.length_sq(center)
+    if d2 < FAR_LIGHT * FAR_LIGHT * size2 or cone_view(light, center, size2) != EVEN:
+        return False
+    half = half_angle(size2, d2)
+    if light.focus > 0.0 and half * focus_rate(light, center, half) > FAR_FOCUS:
+        return False
+    return light.profile < 0 or is_profile_even(scene, light, center, half)
 
 
 @wp.func
@@ -124,10 +186,11 @@ def even_count(count: float) -> int:
 
 
 @wp.func
-def cell_count(light: wp.ref[LightData], to_center: wp.vec3, size2: float, view: int) -> int:
+def cell_count(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, size2: float, view: int) -> int:
     """Return into how many cells each way a light is cut, so that its radiance varies little within one.
 
     Args:
+        scene: Profiles.
         light: The light.
         to_center: From the surface to its centre.
         size2: Its :func:`bounding_square`.
@@ -140,23 +203,85 @@ def cell_count(light: wp.ref[LightData], to_center: wp.vec3, size2: float, view:
     if view == CUT:
         count = wp.max(count, CONE_CELLS * 2.0 * half / wp.max(light.cone_angle, 1.0e-3))
     if light.profile >= 0:
-        count = wp.max(count, 2.0 * half / PROFILE_CELL)
+        count = wp.max(count, 2.0 * half / profile_cell(scene, light, to_center, half))
     if light.focus > 0.0:
-        theta = angle_to_axis(light, wp.normalize(to_center))
-        theta = wp.min(theta, wp.pi - theta)
-        if wp.pow(wp.cos(wp.max(theta - half, 0.0)), light.focus) > FOCUS_DARK:
-            root = wp.sqrt(light.focus)
-            steepest = root * wp.max(1.0, root * wp.tan(wp.min(theta + half, STEEPEST)))
-            count = wp.max(count, FOCUS_CELLS * 2.0 * half * steepest)
+        count = wp.max(count, FOCUS_CELLS * 2.0 * half * focus_rate(light, to_center, half))
     return even_count(count)
 
 
-@wp.func
-def sample_cell(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
-    """Return what ``sample_extent`` does, squares of the unit square being about as long as wide on a sphere, too.
+@wp.struct
+class DiskBounds:
+    """The rectangle about what is above the horizon of a disk, or an ellipse, that looks large."""
 
-    Its sampler takes polar coordinates, whose cells would be wedges.
+    center: wp.vec3
+    """As seen from the surface."""
+    x: wp.vec3
+    """Half axis along the horizon; 0 for any other light."""
+    y: wp.vec3
+    """Half axis across it."""
+
+
+@wp.func
+def disk_bounds(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> DiskBounds:
+    """Return the rectangle about what a surface sees of a disk that looks large, two of its sides along the horizon.
+
+    Args:
+        light: Any light; of others than large disks nothing is returned.
+        position: Of the surface.
+        n: Its unit normal.
     """
+    bounds = DiskBounds()
+    x = light.half_x
+    y = light.half_y
+    center = light.position - position
+    size2 = wp.length_sq(x) + wp.length_sq(y)
+    if light.kind == KIND_DISK and wp.length_sq(center) < LARGE_DISK * LARGE_DISK * size2:
+        along = wp.cross(n, light.normal)
+        if wp.length_sq(along) < 1.0e-6:
+            along = x
+        along = wp.normalize(along)
+        up = wp.cross(light.normal, along)
+        if wp.dot(up, n) < 0.0:
+            up = -up
+        # An ellipse of conjugate half axes x and y reaches this far along a unit vector.
+        reach = wp.sqrt(wp.dot(x, along) * wp.dot(x, along) + wp.dot(y, along) * wp.dot(y, along))
+        top = wp.sqrt(wp.dot(x, up) * wp.dot(x, up) + wp.dot(y, up) * wp.dot(y, up))
+        bottom = -top
+        rise = wp.dot(n, up)
+        if rise > 1.0e-3:
+            bottom = wp.clamp(-wp.dot(n, center) / rise, -top, 0.999 * top)
+        bounds.center = center + up * (0.5 * (top + bottom))
+        bounds.x = along * reach
+        bounds.y = up * (0.5 * (top - bottom))
+    return bounds
+
+
+@wp.func
+def sample_cell(light: wp.ref[LightData], position: wp.vec3, bounds: wp.ref[DiskBounds], u: wp.vec2) -> LightDirection:
+    """Return what ``sample_extent`` does, by squares of the unit square that are about as long as wide as seen.
+
+    A sphere's sampler takes polar coordinates, whose cells would be wedges. A large disk's takes areas, which look as
+    large as they are near: instead the solid angle of the rectangle about what is above the horizon is cut, and what of
+    that is beside the disk is left out.
+
+    Args:
+        light: One with an extent.
+        position: Of the surface.
+        bounds: The light's :func:`disk_bounds`.
+        u: Point of the unit square.
+    """
+    if wp.length_sq(bounds.x) > 0.0:
+        center = light.position - position
+        if wp.dot(center, light.normal) <= 0.0:
+            return LightDirection()
+        s = sample_rect(bounds.center, bounds.x, bounds.y, u)
+        off = s.wi * s.distance - center
+        normal = wp.cross(light.half_x, light.half_y)
+        a = wp.dot(wp.cross(off, light.half_y), normal)
+        b = wp.dot(wp.cross(light.half_x, off), normal)
+        if a * a + b * b > wp.length_sq(normal) * wp.length_sq(normal):
+            s.pdf = 0.0
+        return s
     if light.kind == KIND_SPHERE:
         q = concentric_disk(u)
         turn = wp.atan2(q[1], q[0]) / (2.0 * wp.pi)
@@ -170,7 +295,7 @@ class MeanRadiance:
 
     radiance: wp.vec3
     share: wp.float32
-    """Of what is not dark."""
+    """Of what it would be, were it all as bright: the squared mean by the mean square, of a hard cone what is lit."""
 
 
 @wp.func(inline=False)
@@ -194,16 +319,18 @@ def mean_radiance(
     mean = MeanRadiance()
     total = wp.vec3(0.0, 0.0, 0.0)
     whole = float(0.0)
-    lit = float(0.0)
+    first = float(0.0)
+    second = float(0.0)
     step = 1.0 / float(count)
+    bounds = disk_bounds(light, position, n)
     for block in range(count * count / 4):
         row = 2 * (block / (count / 2))
         column = 2 * (block - (row / 2) * (count / 2))
         u = wp.vec2(float(column) + 0.5, float(row) + 0.5) * step
-        a = sample_cell(light, position, u)
-        b = sample_cell(light, position, u + wp.vec2(step, 0.0))
-        c = sample_cell(light, position, u + wp.vec2(0.0, step))
-        d = sample_cell(light, position, u + wp.vec2(step, step))
+        a = sample_cell(light, position, bounds, u)
+        b = sample_cell(light, position, bounds, u + wp.vec2(step, 0.0))
+        c = sample_cell(light, position, bounds, u + wp.vec2(0.0, step))
+        d = sample_cell(light, position, bounds, u + wp.vec2(step, step))
         cell = EmissionCell()
         if light.cone_angle < wp.pi or light.profile >= 0:
             angle_a = angle_to_axis(light, a.wi)
@@ -232,11 +359,12 @@ def mean_radiance(
                 emission = mean_emission(scene, light, position, one.wi, one.distance, cell)
                 total += emission * weight
                 whole += weight
-                if max_magnitude(emission) > 0.0:
-                    lit += weight
+                brightness = max_magnitude(emission)
+                first += brightness * weight
+                second += brightness * brightness * weight
     if whole > 0.0:
         mean.radiance = total / whole
-        mean.share = lit / whole
+        mean.share = first * (first / wp.max(second * whole, 1.0e-30))
     else:
         mean.radiance = light_emission(scene, light, position, wp.normalize(seen.middle), wp.length(seen.middle))
         mean.share = 1.0
@@ -279,7 +407,7 @@ def summed_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: w
     s.to_shadow = target / s.distance
     radiance = light.emission
     if (light.varies & VARIED) != 0:
-        count = cell_count(light, to_center, size2, view)
+        count = cell_count(scene, light, to_center, size2, view)
         mean = mean_radiance(scene, light, position, n, count, seen)
         finer = even_count(SLIVER_CELLS / wp.max(mean.share, 1.0e-3))
         if mean.share > 0.0 and finer > count and (view == CUT or light.profile >= 0):
@@ -304,10 +432,10 @@ def whole_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     s = LightSample()
     if light.kind == KIND_MESH:
         s = mesh_light(scene, light, position, n)
-    elif is_plain(light, position, n):
+    elif is_plain(scene, light, position, n):
         s = sample_light(light, position)
     else:
         return summed_light(scene, light, position, n)
     if light.profile >= 0:
-        s.irradiance = s.irradiance * profile_factor(scene, light.profile, s.to_shadow, 0.0)
+        s.irradiance = s.irradiance * profile_factor(scene, light.profile, s.wi, 0.0)
     return s

@@ -12,6 +12,7 @@ import numpy as np
 
 from warp_rt.kernels import structs
 from warp_rt.light_clusters import leaf_count, light_clusters
+from warp_rt.profile_scales import profile_scales
 from warp_rt.scene import Light, Profile, Shadow
 
 
@@ -86,6 +87,7 @@ class LightTables:
                 "vertical_count": len(light.profile.vertical),
                 "horizontal_count": len(light.profile.horizontal),
                 "angle_scale": light.profile_angle_scale,
+                **profile_scales(light.profile, light.profile_angle_scale),
                 **dict(zip(("row_x", "row_y", "row_z"), light_from_world, strict=True)),
             }
         )

@@ -56,6 +56,7 @@ PARTS = {
             "adaptive",
             "dome",
             "light_clusters",
+            "profile_scales",
             "light_tables",
             "device_lights",
             "specular_albedo",

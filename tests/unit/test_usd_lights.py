@@ -256,6 +256,22 @@ def test_distant_lights_are_not_shaped():
 
 
 @pytest.mark.parametrize(
+    ("kind", "inputs", "codes"),
+    [
+        ("SphereLight", "float inputs:intesity = 100\nbool inputs:normalise = 1", ["N934"]),
+        ("SphereLight", "float inputs:shaping:cone:angel = 20", ["N934"]),
+        ("SphereLight", "float inputs:angle = 3\nasset inputs:texture:file = @a.png@", ["N934"]),
+        ("RectLight", "float inputs:radius = 2\nfloat inputs:radius.connect = </M.outputs:r>", ["N934"]),
+        ("SphereLight", "bool inputs:normalize = 1\nfloat inputs:shaping:focus = 2\nbool inputs:shadow:enable = 0", []),
+        ("DomeLight", "bool inputs:normalize = 1", ["N934"]),
+        ("DomeLight", "bool inputs:normalize = 0\nfloat inputs:diffuse = 0.5", []),
+    ],
+)
+def test_inputs_that_a_light_does_not_have(kind: str, inputs: str, codes: list[str]) -> None:
+    assert _read(f'def {kind} "L" {{\n{inputs}\n}}')[1] == codes
+
+
+@pytest.mark.parametrize(
     ("kind", "inputs", "name", "value"),
     [
         ("SphereLight", "float inputs:shaping:focus = -3", "focus", 0),

@@ -40,6 +40,7 @@ FOREIGN_LIGHT = "W419"
 NO_SHAPING = "N919"
 NO_FALLOFF = "N926"
 MEAN_GLOW = "N918"
+INPUTS_WITHOUT_EFFECT = "N934"
 
 _KINDS = {
     "SphereLight": LightKind.SPHERE,
@@ -358,15 +359,32 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     if prim.GetTypeName() in (*_DOMES, "DistantLight") and shaping:
         names = ", ".join(str(attribute.GetName()) for attribute in shaping)
         report.warn(NO_SHAPING, path, f"{names}: light from infinitely far is not shaped")
+    known = _input_names(prim)
+    unknown = []
     for attribute in prim.GetAuthoredPropertiesInNamespace("inputs"):
-        if isinstance(attribute, Usd.Attribute) and attribute.HasAuthoredConnections():
+        if attribute.GetName() not in known:
+            unknown.append(str(attribute.GetName()))
+        elif isinstance(attribute, Usd.Attribute) and attribute.HasAuthoredConnections():
             report.warn(
                 CONNECTED_INPUT, attribute.GetPath(), "connections of lights are not followed; its value counts"
             )
+    if unknown:
+        names = ", ".join(sorted(unknown))
+        report.warn(INPUTS_WITHOUT_EFFECT, path, f"a {prim.GetTypeName()} has no {names}; ignored")
+    if prim.GetTypeName() in _DOMES and attributes.truth("inputs:normalize", False):
+        report.warn(INPUTS_WITHOUT_EFFECT, path, "inputs:normalize: a dome has no area to divide by; ignored")
     for name in sorted(_old_names(prim)):
         attribute = prim.GetAttribute(name)
         if attribute and (attribute.HasAuthoredValue() or attribute.HasAuthoredConnections()):
             report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
+
+
+def _input_names(prim: Usd.Prim) -> set[str]:
+    """Return the names of the inputs that a light has, or would if the schemas that any light may have were applied."""
+    registry = Usd.SchemaRegistry()
+    definitions = [prim.GetPrimDefinition()]
+    definitions += [registry.FindAppliedAPIPrimDefinition(name) for name in _COMMON_APIS]
+    return {name for definition in definitions for name in definition.GetPropertyNames() if name.startswith(_PREFIX)}
 
 
 def _old_names(prim: Usd.Prim) -> set[str]:
