@@ -34,7 +34,6 @@ from .light_direction import LightDirection
 from .outline import SeenPart, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
-from .sample_rect import sample_rect
 from .sampling import concentric_disk
 from .structs import LightData, SceneData
 from .vector import max_magnitude
@@ -210,78 +209,119 @@ def cell_count(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp
 
 
 @wp.struct
-class DiskBounds:
-    """The rectangle about what is above the horizon of a disk, or an ellipse, that looks large."""
+class DiskView:
+    """What of a disk, or an ellipse, that looks large is above a surface's horizon: chords along the horizon."""
 
-    center: wp.vec3
-    """As seen from the surface."""
-    x: wp.vec3
-    """Half axis along the horizon; 0 for any other light."""
-    y: wp.vec3
-    """Half axis across it."""
+    along: wp.vec3
+    """Unit, in the disk's plane, along the horizon."""
+    up: wp.vec3
+    """Unit, in the disk's plane, square to it."""
+    toward: wp.vec3
+    """Unit, square to that plane, from the surface to it."""
+    height: wp.float32
+    """Of the surface above the disk's plane; 0 for any other light."""
+    foot: wp.vec2
+    """Where it stands on that, along ``along`` and ``up`` from the centre."""
+    top: wp.float32
+    """How far the disk reaches along ``up``."""
+    lean: wp.float32
+    """By how much the chords' middles move along ``along`` a step along ``up``."""
+    reach: wp.float32
+    """Half the chord through the centre."""
+    begin: wp.float32
+    """Angle of the lowest chord that is seen, from the foot."""
+    angle: wp.float32
+    """Angle that the chords cover."""
 
 
 @wp.func
-def disk_bounds(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> DiskBounds:
-    """Return the rectangle about what a surface sees of a disk that looks large, two of its sides along the horizon.
+def disk_view(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> DiskView:
+    """Return what a surface sees of a disk that looks large; of any other light nothing.
 
     Args:
-        light: Any light; of others than large disks nothing is returned.
+        light: Any light.
         position: Of the surface.
         n: Its unit normal.
     """
-    bounds = DiskBounds()
+    view = DiskView()
     x = light.half_x
     y = light.half_y
     center = light.position - position
     size2 = wp.length_sq(x) + wp.length_sq(y)
-    if light.kind == KIND_DISK and wp.length_sq(center) < LARGE_DISK * LARGE_DISK * size2:
-        along = wp.cross(n, light.normal)
-        if wp.length_sq(along) < 1.0e-6:
-            along = x
-        along = wp.normalize(along)
-        up = wp.cross(light.normal, along)
-        if wp.dot(up, n) < 0.0:
-            up = -up
-        # An ellipse of conjugate half axes x and y reaches this far along a unit vector.
-        reach = wp.sqrt(wp.dot(x, along) * wp.dot(x, along) + wp.dot(y, along) * wp.dot(y, along))
-        top = wp.sqrt(wp.dot(x, up) * wp.dot(x, up) + wp.dot(y, up) * wp.dot(y, up))
-        bottom = -top
-        rise = wp.dot(n, up)
-        if rise > 1.0e-3:
-            bottom = wp.clamp(-wp.dot(n, center) / rise, -top, 0.999 * top)
-        bounds.center = center + up * (0.5 * (top + bottom))
-        bounds.x = along * reach
-        bounds.y = up * (0.5 * (top - bottom))
-    return bounds
+    if light.kind != KIND_DISK or wp.length_sq(center) > LARGE_DISK * LARGE_DISK * size2:
+        return view
+    along = wp.cross(n, light.normal)
+    if wp.length_sq(along) < 1.0e-6:
+        along = x
+    view.along = wp.normalize(along)
+    view.up = wp.cross(light.normal, view.along)
+    if wp.dot(view.up, n) < 0.0:
+        view.up = -view.up
+    # An ellipse of conjugate half axes x and y: points of variances and a covariance.
+    ax = wp.dot(x, view.along)
+    ay = wp.dot(y, view.along)
+    ux = wp.dot(x, view.up)
+    uy = wp.dot(y, view.up)
+    top2 = ux * ux + uy * uy
+    view.top = wp.sqrt(top2)
+    view.lean = (ax * ux + ay * uy) / top2
+    view.reach = wp.abs(ax * uy - ay * ux) / view.top
+    bottom = -view.top
+    rise = wp.dot(n, view.up)
+    if rise > 1.0e-3:
+        bottom = wp.clamp(-wp.dot(n, center) / rise, -view.top, view.top)
+    view.toward = light.normal
+    view.height = wp.max(wp.dot(center, light.normal), 0.0)
+    view.foot = -wp.vec2(wp.dot(center, view.along), wp.dot(center, view.up))
+    view.begin = wp.atan2(bottom - view.foot[1], view.height)
+    view.angle = wp.atan2(view.top - view.foot[1], view.height) - view.begin
+    return view
 
 
 @wp.func
-def sample_cell(light: wp.ref[LightData], position: wp.vec3, bounds: wp.ref[DiskBounds], u: wp.vec2) -> LightDirection:
+def sample_disk_view(view: wp.ref[DiskView], u: wp.vec2) -> LightDirection:
+    """Return a direction to a disk: all angles to its chords are as likely, and all angles along a chord.
+
+    Reference: Kulla and Fajardo (2012), Importance Sampling Techniques for Path Tracing in Participating Media, CGF
+    31(4), section 4.1, for a line.
+    """
+    s = LightDirection()
+    if view.angle <= 0.0:
+        return s
+    turn = view.begin + u[1] * view.angle
+    h = view.height / wp.cos(turn)
+    row = wp.clamp(view.foot[1] + view.height * wp.tan(turn), -view.top, view.top)
+    relative = row / view.top
+    half = view.reach * wp.sqrt(wp.max(1.0 - relative * relative, 0.0))
+    middle = view.lean * row - view.foot[0]
+    first = wp.atan2(middle - half, h)
+    angle = wp.atan2(middle + half, h) - first
+    if angle <= 0.0:
+        return s
+    place = h * wp.tan(first + u[0] * angle)
+    s.distance = wp.sqrt(h * h + place * place)
+    p = view.along * place + view.up * (row - view.foot[1]) + view.toward * view.height
+    s.wi = wp.normalize(p)
+    # The cosine at the disk cancels against the rates of either angle.
+    s.pdf = s.distance / (h * view.angle * angle)
+    return s
+
+
+@wp.func
+def sample_cell(light: wp.ref[LightData], position: wp.vec3, disk: wp.ref[DiskView], u: wp.vec2) -> LightDirection:
     """Return what ``sample_extent`` does, by squares of the unit square that are about as long as wide as seen.
 
     A sphere's sampler takes polar coordinates, whose cells would be wedges. A large disk's takes areas, which look as
-    large as they are near: instead the solid angle of the rectangle about what is above the horizon is cut, and what of
-    that is beside the disk is left out.
+    large as they are near, and many of which the horizon may hide.
 
     Args:
         light: One with an extent.
         position: Of the surface.
-        bounds: The light's :func:`disk_bounds`.
+        disk: The light's :func:`disk_view`.
         u: Point of the unit square.
     """
-    if wp.length_sq(bounds.x) > 0.0:
-        center = light.position - position
-        if wp.dot(center, light.normal) <= 0.0:
-            return LightDirection()
-        s = sample_rect(bounds.center, bounds.x, bounds.y, u)
-        off = s.wi * s.distance - center
-        normal = wp.cross(light.half_x, light.half_y)
-        a = wp.dot(wp.cross(off, light.half_y), normal)
-        b = wp.dot(wp.cross(light.half_x, off), normal)
-        if a * a + b * b > wp.length_sq(normal) * wp.length_sq(normal):
-            s.pdf = 0.0
-        return s
+    if disk.height > 0.0:
+        return sample_disk_view(disk, u)
     if light.kind == KIND_SPHERE:
         q = concentric_disk(u)
         turn = wp.atan2(q[1], q[0]) / (2.0 * wp.pi)
@@ -322,15 +362,15 @@ def mean_radiance(
     first = float(0.0)
     second = float(0.0)
     step = 1.0 / float(count)
-    bounds = disk_bounds(light, position, n)
+    disk = disk_view(light, position, n)
     for block in range(count * count / 4):
         row = 2 * (block / (count / 2))
         column = 2 * (block - (row / 2) * (count / 2))
         u = wp.vec2(float(column) + 0.5, float(row) + 0.5) * step
-        a = sample_cell(light, position, bounds, u)
-        b = sample_cell(light, position, bounds, u + wp.vec2(step, 0.0))
-        c = sample_cell(light, position, bounds, u + wp.vec2(0.0, step))
-        d = sample_cell(light, position, bounds, u + wp.vec2(step, step))
+        a = sample_cell(light, position, disk, u)
+        b = sample_cell(light, position, disk, u + wp.vec2(step, 0.0))
+        c = sample_cell(light, position, disk, u + wp.vec2(0.0, step))
+        d = sample_cell(light, position, disk, u + wp.vec2(step, step))
         cell = EmissionCell()
         if light.cone_angle < wp.pi or light.profile >= 0:
             angle_a = angle_to_axis(light, a.wi)
