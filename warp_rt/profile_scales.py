@@ -10,7 +10,7 @@ from warp_rt.kernels.constants import POLE
 from warp_rt.scene import Profile
 
 _WIDEST = 0.1  # [rad]; the steps of most files are 5 degrees
-_WIDTHS = _WIDEST * 2.0 ** -np.arange(0.0, 2.25, 0.25)
+_WIDTHS = _WIDEST * 2.0 ** -np.arange(0.0, 2.5, 0.25)
 _BEND = 0.02  # of the profile's greatest value, by which the middle of a cell may differ from its mean
 _NONE = -100.0  # an end that no angle is near
 
