@@ -36,6 +36,13 @@ class FirstHit:
 
 
 @wp.func
+def forget(first: wp.ref[FirstHit]):
+    """Make it say that nothing was met, as where a tree begins."""
+    first.instance = -1
+    first.distance = wp.inf
+
+
+@wp.func
 def write_aovs(
     scene: wp.ref[SceneData],
     film: wp.ref[FilmData],

@@ -26,15 +26,6 @@ def box_padding(low: wp.vec3, high: wp.vec3) -> float:
 
 
 @wp.func
-def is_box_inside(inner_low: wp.vec3, inner_high: wp.vec3, outer_low: wp.vec3, outer_high: wp.vec3) -> bool:
-    """Return whether the outer box contains the inner one, boundaries included."""
-    for axis in range(3):
-        if inner_low[axis] < outer_low[axis] or inner_high[axis] > outer_high[axis]:
-            return False
-    return True
-
-
-@wp.func
 def widest_axis(extent: wp.vec3) -> int:
     """Return the axis of the largest component; the first of equals."""
     axis = int(0)

@@ -9,7 +9,7 @@ times the product of the coefficients on the way, so a node needs no memory of i
 
 import warp as wp
 
-from .aov import FirstHit, write_aovs
+from .aov import FirstHit, forget, write_aovs
 from .bvh_structs import AccelData, Hit, Stack, Stacks, stack_of_thread
 from .bvh_traverse import closest_hit_from
 from .camera import EyeRay, make_eye_ray
@@ -386,8 +386,7 @@ def trace_tree(
         features: What the kernel can render.
         observer: Who is told of every node, light and shadow.
     """
-    first.instance = -1
-    first.distance = wp.inf
+    forget(first)
     eye = EyePath()
     eye.reach = ray.reach
     shadows = AtOnce()
@@ -449,6 +448,32 @@ def render_pixel(
         write_aovs(scene, film, row, column, first, eye.cosine)
 
 
+@per_type
+def render_thread(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    frame: wp.ref[FrameData],
+    film: wp.ref[FilmData],
+    stop: wp.array[int],
+    tasks: wp.array2d[RayTask],
+    stacks: wp.ref[Stacks],
+    counts: wp.array2d[wp.int64],
+    tile: wp.vec4i,
+    sample: int,
+    thread: int,
+    features: Features,
+):
+    """Add one sample to the pixel of a tile that has a thread's number."""
+    nobody = Unobserved()
+    column = tile[0] + thread % tile[2]
+    row = tile[1] + thread // tile[2]
+    scratch = thread if tasks.shape[0] > 1 else 0
+    stack = stack_of_thread(stacks, scratch)
+    row_counts = counts[scratch % counts.shape[0]]
+    mine = tasks[scratch]
+    render_pixel(scene, accel, frame, film, stop, mine, stack, row_counts, row, column, sample, features, nobody)
+
+
 @wp.kernel
 def render_tile(
     scenes: wp.array[SceneData],
@@ -471,14 +496,5 @@ def render_tile(
     taking as long as tracing the eye ray.
     """
     i = wp.tid()
-    column = tile[0] + i % tile[2]
-    row = tile[1] + i // tile[2]
-    scratch = i if tasks.shape[0] > 1 else 0
-    stack = stack_of_thread(stacks, scratch)
-    row_counts = counts[scratch % counts.shape[0]]
-    mine = tasks[scratch]
     features = AnyScene()
-    nobody = Unobserved()
-    render_pixel(
-        scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, features, nobody
-    )
+    render_thread(scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features)

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The kernel that renders a tile of a plain scene.
 
-It is the render's own ``render_pixel`` for other features, in a file of its own: Warp compiles file by file, and a
+It is ``render_thread`` for other features, in a file of its own: Warp compiles file by file, and a
 plain scene does not wait for what it does not use.
 """
 
 import warp as wp
 
-from .bvh_structs import AccelData, Stacks, stack_of_thread
+from .bvh_structs import AccelData, Stacks
 from .features import PlainScene
-from .observer import Unobserved
-from .ray_tree import render_pixel
+from .ray_tree import render_thread
 from .structs import FilmData, FrameData, RayTask, SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -32,14 +31,5 @@ def render_tile_plain(
 ):
     """Do what ``render_tile`` does, with the same arguments, for a scene that is plain."""
     i = wp.tid()
-    column = tile[0] + i % tile[2]
-    row = tile[1] + i // tile[2]
-    scratch = i if tasks.shape[0] > 1 else 0
-    stack = stack_of_thread(stacks, scratch)
-    row_counts = counts[scratch % counts.shape[0]]
-    mine = tasks[scratch]
     features = PlainScene()
-    nobody = Unobserved()
-    render_pixel(
-        scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, features, nobody
-    )
+    render_thread(scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features)

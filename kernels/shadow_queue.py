@@ -70,6 +70,8 @@ Shadows = TypeVar("Shadows", AtOnce, ShadowQueue)
 @wp.func
 def open_queue(queue: wp.ref[ShadowQueue]):
     """Begin with no sum; none waits."""
+    queue.count = 0
+    queue.is_cast = 0
     queue.sum = 0
     queue.open_sum = 0
     queue.open_node = -1
@@ -191,6 +193,7 @@ def begin_local(value: wp.vec3, shadows: Shadows) -> wp.vec3:
 def begin_local(value: wp.vec3, shadows: wp.ref[ShadowQueue]) -> wp.vec3:
     """Add them before the terms that wait."""
     shadows.values[shadows.node] = value
+    shadows.is_cast = 0
     return wp.vec3(0.0, 0.0, 0.0)
 
 

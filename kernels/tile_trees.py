@@ -10,9 +10,10 @@ the last bit. Nodes that find no room wait until then, and their branches are wa
 
 import warp as wp
 
-from .aov import FirstHit, write_aovs
+from .aov import FirstHit, forget, write_aovs
 from .bvh_group import RayGroup, trace_group
 from .bvh_structs import AccelData, Hit
+from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import GROUP, TILE_PIXELS, TRIANGLES
 from .features import Features
@@ -161,7 +162,7 @@ def note_first_hit(
         first.distance += pixel.near
         write_aovs(scene, film, pixel.row, pixel.column, first, pixel.cosine)
     pixel.has_met = 1
-    first.instance = -1
+    forget(first)
 
 
 @wp.func
@@ -265,12 +266,17 @@ def walk_branch(
     trees.walk[0] = trees.tasks[node]
     top = int(1)
     while top > 0 and stop[0] == 0:
-        list_tasks(trees.walk, top - 1, 1, trees.keys, trees.order, trees.ends)
-        trees.group.words[0] = -1
-        if trees.ends[7] > 0:
-            trace_tasks(accel, trees.group, trees.walk, trees.order, 0, 1)
         task = trees.walk[top - 1]
-        hit = group_hit(accel, trees.group, 0, task.reach)
+        hit = closest_hit_from(
+            accel,
+            task.origin,
+            task.direction,
+            task.reach,
+            task.from_instance,
+            task.from_triangle,
+            trees.shadows.stack,
+            nobody,
+        )
         trees.shadows.values[walked] = wp.vec3(0.0, 0.0, 0.0)
         value, top = visit_node(
             scene,
@@ -342,7 +348,7 @@ def render_together(
 ) -> int:
     """Add one sample to the pixels ``begin`` to ``end`` of a tile; return how many nodes have found room."""
     first = FirstHit()
-    first.instance = -1
+    forget(first)
     open_queue(trees.shadows)
     planted = plant_trees(scene, frame, film, trees, tile, begin, end, sample, counts, features)
     level = int(0)
@@ -359,8 +365,6 @@ def render_together(
         column = trees.pixels[root].column
         value = wp.vec4(color[0], color[1], color[2], trees.pixels[root].eye.alpha)
         film.color[row, column] = film.color[row, column] + value
-        if first.instance < 0:
-            first.distance = wp.inf
         note_first_hit(scene, film, trees.pixels[root], first, sample)
     return top
 

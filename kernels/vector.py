@@ -84,22 +84,3 @@ def fresnel_schlick(f0: wp.vec3, f90: wp.vec3, cos_in: float) -> wp.vec3:
     c = wp.clamp(1.0 - cos_in, 0.0, 1.0)
     c2 = c * c
     return f0 + (f90 - f0) * (c2 * c2 * c)
-
-
-@wp.func
-def fresnel_dielectric(cos_in: float, eta: float) -> float:
-    """Return the unpolarised reflectance of a smooth dielectric boundary; 1 under total internal reflection.
-
-    Args:
-        cos_in: Cosine between the normal and the way back along the incoming ray, 0 to 1.
-        eta: n_incoming / n_outgoing.
-
-    Reference: Born and Wolf, Principles of Optics, section 1.5.2, equations 21a and 21b.
-    """
-    cos2_out = refraction_discriminant(cos_in, eta)
-    if cos2_out < 0.0:
-        return 1.0
-    cos_out = wp.sqrt(cos2_out)
-    parallel = (cos_in - eta * cos_out) / (cos_in + eta * cos_out)
-    perpendicular = (eta * cos_in - cos_out) / (eta * cos_in + cos_out)
-    return 0.5 * (parallel * parallel + perpendicular * perpendicular)

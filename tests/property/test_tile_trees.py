@@ -16,11 +16,13 @@ from warp_rt import Film, Renderer, RenderOptions, renderer
 from warp_rt.kernels.constants import RAY_LISTS
 from warp_rt.kernels.list_rays import gather_shadow_rays, gather_tasks, list_shadow_rays, list_tasks
 from warp_rt.kernels.structs import RayTask, ShadowRay
-from warp_rt.scene import Scene
+from warp_rt.scene import Instances, Mesh, Scene
 from warp_rt.tile_scratch import make_tile_trees
 from warp_rt.warp_setup import init_warp
 
+from ..analytic.scenes import distant, lamp, whitted
 from ..analytic.test_film import BUSY_CAMERA, busy_scene
+from .test_bvh import random_matrices
 
 init_warp()
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -89,6 +91,27 @@ def test_what_finds_no_room(stage: str, spp: int, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(renderer, "make_tile_trees", small)
     scene, camera = (busy_scene(), BUSY_CAMERA) if stage == "busy" else (scene_of(stage), None)
     assert_same(*both(scene, camera, spp=spp, threshold=0.0, light_samples=2))
+
+
+def test_surfaces_that_coincide() -> None:
+    """Of triangles that are equally far a ray meets the same one in a group as alone: who is met decides the colour."""
+    rng = np.random.default_rng(1)
+    corners = rng.uniform(-1, 1, (300, 3, 3))
+    corners = np.concatenate([corners, corners[rng.permutation(300)], corners[:, [1, 2, 0]]])
+    places = np.concatenate([random_matrices(4, seed=1), np.eye(4)[None]]).repeat(3, axis=0)
+    rows = np.arange(len(places), dtype=np.int32)
+    colors = rng.uniform(0, 1, (len(rows), 3))
+    scene = Scene(
+        meshes=(Mesh(corners.reshape(-1, 3).astype(np.float32), np.arange(2700, dtype=np.int32).reshape(-1, 3)),),
+        instances=Instances(0 * rows, places, rows, rows, rows, 0 * rows - 1),
+        prims=tuple(f"/part{row}" for row in rows),
+        materials=tuple(whitted(ambient=0.1, diffuse=tuple(color), reflection=0.5) for color in colors),
+        lights=(distant((0.5, 0.3, -1.0), 0.5), lamp(2, (2.0, -3.0, 4.0), 8.0)),
+    )
+    together, walked = both(scene, spp=2)
+    assert_same(together, walked)
+    assert len(np.unique(together.aovs["elementId"])) > 100
+    assert_same(both(scene, spp=2, tile_size=5)[0], together)
 
 
 @pytest.mark.parametrize("stage", ["glass", "mirror_teapot"])

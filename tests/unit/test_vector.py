@@ -8,7 +8,6 @@ import warp as wp
 
 from warp_rt.kernels.vector import (
     face_forward,
-    fresnel_dielectric,
     fresnel_schlick,
     max_component,
     reflect,
@@ -58,22 +57,6 @@ def test_total_internal_reflection_starts_at_the_critical_angle() -> None:
         assert (refraction_discriminant(float(np.cos(angle)), 1.5) < 0) is is_total
         d = wp.vec3(float(np.sin(angle)), 0.0, float(-np.cos(angle)))
         assert bool(np.any(refract(d, wp.vec3(0.0, 0.0, 1.0), 1.5))) is not is_total
-    assert fresnel_dielectric(float(np.cos(critical + 1e-3)), 1.5) == 1.0
-
-
-@pytest.mark.parametrize("ior", [1.0, 1.33, 1.5, 2.4])
-@pytest.mark.parametrize("degrees", [0, 30, 60, 85])
-def test_dielectric_fresnel_is_that_of_its_angles(ior: float, degrees: float) -> None:
-    one, two = np.radians(degrees), np.arcsin(np.sin(np.radians(degrees)) / ior)
-    if degrees == 0:
-        expected = ((ior - 1) / (ior + 1)) ** 2
-    elif ior == 1.0:
-        expected = 0.0
-    else:
-        s = (np.sin(one - two) / np.sin(one + two)) ** 2
-        p = (np.tan(one - two) / np.tan(one + two)) ** 2
-        expected = (s + p) / 2
-    assert fresnel_dielectric(float(np.cos(one)), 1 / ior) == pytest.approx(expected, abs=1e-6)
 
 
 def test_schlick_runs_from_normal_to_grazing() -> None:
