@@ -265,6 +265,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "N919": (light("DistantLight", "float inputs:shaping:cone:angle = 20", '"ShapingAPI"'), {"/l"}),
     "N926": (light("SphereLight", 'token warp_rt:falloff = "none"'), {"/l"}),
+    "N934": (light("SphereLight", "float inputs:intesity = 2"), {"/l"}),
     "W419": (light("SphereLight", 'uniform token light:shaderId = "TheirLight"'), {"/l"}),
     "W421": ('def Camera "c" { float fStop = 2 }', {"/c"}),
     "W422": ('def Camera "c" { int clippingPlanes = 1 }', {"/c"}),
