@@ -448,7 +448,13 @@ def render_pixel(
         write_aovs(scene, film, row, column, first, eye.cosine)
 
 
-@per_type
+@wp.func
+def pixel_of_thread(tile: wp.vec4i, thread: int) -> wp.vec2i:
+    """Return row and column, in the film, of the pixel of a tile that has a thread's number."""
+    return wp.vec2i(tile[1] + thread // tile[2], tile[0] + thread % tile[2])
+
+
+@observed
 def render_thread(
     scene: wp.ref[SceneData],
     accel: wp.ref[AccelData],
@@ -462,16 +468,17 @@ def render_thread(
     sample: int,
     thread: int,
     features: Features,
+    observer: Observer,
 ):
     """Add one sample to the pixel of a tile that has a thread's number."""
-    nobody = Unobserved()
-    column = tile[0] + thread % tile[2]
-    row = tile[1] + thread // tile[2]
+    pixel = pixel_of_thread(tile, thread)
     scratch = thread if tasks.shape[0] > 1 else 0
     stack = stack_of_thread(stacks, scratch)
     row_counts = counts[scratch % counts.shape[0]]
     mine = tasks[scratch]
-    render_pixel(scene, accel, frame, film, stop, mine, stack, row_counts, row, column, sample, features, nobody)
+    render_pixel(
+        scene, accel, frame, film, stop, mine, stack, row_counts, pixel[0], pixel[1], sample, features, observer
+    )
 
 
 @wp.kernel
@@ -497,4 +504,7 @@ def render_tile(
     """
     i = wp.tid()
     features = AnyScene()
-    render_thread(scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features)
+    nobody = Unobserved()
+    render_thread(
+        scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features, nobody
+    )

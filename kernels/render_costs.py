@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The kernel that renders a tile and counts what each pixel costs.
 
-It is the render's own ``render_pixel`` with another observer, in a file of its own: Warp compiles file by file, and who
-does not ask for costs neither waits for it nor pays.
+It is the render's own ``render_thread`` with another observer, in a file of its own: Warp compiles file by file, and
+who does not ask for costs neither waits for it nor pays.
 """
 
 import warp as wp
 
 from .aov import add_costs
-from .bvh_structs import AccelData, Stacks, stack_of_thread
+from .bvh_structs import AccelData, Stacks
 from .features import AnyScene
 from .observer import CostCounter
-from .ray_tree import render_pixel
+from .ray_tree import pixel_of_thread, render_thread
 from .structs import FilmData, FrameData, RayTask, SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -33,15 +33,10 @@ def render_tile_costs(
 ):
     """Do what ``render_tile`` does, with the same arguments, and add each pixel's costs to the film."""
     i = wp.tid()
-    column = tile[0] + i % tile[2]
-    row = tile[1] + i // tile[2]
-    scratch = i if tasks.shape[0] > 1 else 0
-    stack = stack_of_thread(stacks, scratch)
-    row_counts = counts[scratch % counts.shape[0]]
-    mine = tasks[scratch]
     features = AnyScene()
     cost = CostCounter()
-    render_pixel(
-        scenes[0], accels[0], frames[0], films[0], stop, mine, stack, row_counts, row, column, sample, features, cost
+    render_thread(
+        scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features, cost
     )
-    add_costs(films[0], row, column, cost)
+    pixel = pixel_of_thread(tile, i)
+    add_costs(films[0], pixel[0], pixel[1], cost)

@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The kernel that renders a tile of a plain scene.
 
-It is ``render_thread`` for other features, in a file of its own: Warp compiles file by file, and a
-plain scene does not wait for what it does not use.
+It is ``render_thread`` for other features, in a file of its own: Warp compiles file by file, and a plain scene does not
+wait for what it does not use.
 """
 
 import warp as wp
 
 from .bvh_structs import AccelData, Stacks
 from .features import PlainScene
+from .observer import Unobserved
 from .ray_tree import render_thread
 from .structs import FilmData, FrameData, RayTask, SceneData
 
@@ -32,4 +33,7 @@ def render_tile_plain(
     """Do what ``render_tile`` does, with the same arguments, for a scene that is plain."""
     i = wp.tid()
     features = PlainScene()
-    render_thread(scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features)
+    nobody = Unobserved()
+    render_thread(
+        scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features, nobody
+    )
