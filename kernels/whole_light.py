@@ -144,7 +144,7 @@ def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_cente
 
 
 @wp.func
-def is_plain(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
+def has_closed_form(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> bool:
     """Return whether a light's closed form, that of its whole and even shape, shaped as at its centre, is what counts.
 
     It is not where the horizon cuts through the light, and for one whose radiance or shape varies where that is seen.
@@ -472,7 +472,7 @@ def whole_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     s = LightSample()
     if light.kind == KIND_MESH:
         s = mesh_light(scene, light, position, n)
-    elif is_plain(scene, light, position, n):
+    elif has_closed_form(scene, light, position, n):
         s = sample_light(light, position)
     else:
         return summed_light(scene, light, position, n)
