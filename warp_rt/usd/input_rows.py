@@ -12,6 +12,7 @@ from pxr import UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.mixed_texture import mixed_texture
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import CHANNELS, Signal, Source
 
@@ -82,30 +83,12 @@ class InputRows:
         return self._rows[key]
 
     def _mixed_row(self, source: Source, linear: np.ndarray, offset: np.ndarray) -> int:
-        """Return the row of a texture whose channels are sums over those of a source.
-
-        Filtering, and what lies outside a black border, are the same before the channels are mixed and after.
-        """
+        """Return the row of a texture whose channels are sums over those of a source."""
         key = (source.key, np.column_stack([linear, offset]).tobytes())
         if key not in self._rows and source.texture:
-            texture = source.texture
             matrix, shift = np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
             matrix[: len(linear)], shift[: len(linear)] = linear, offset
-
-            def mixed(image: int) -> int:
-                return image if image < 0 else self._images.mixed(image, texture.is_srgb, matrix * texture.scale)
-
-            self._rows[key] = self.add(
-                replace(
-                    texture,
-                    image=mixed(texture.image),
-                    tiles=None if texture.tiles is None else texture.tiles.map(mixed),
-                    is_srgb=False,
-                    scale=(1.0, 1.0, 1.0, 1.0),
-                    bias=_vector4(matrix @ texture.bias + shift),
-                    fallback=_vector4(matrix @ texture.fallback + shift),
-                )
-            )
+            self._rows[key] = self.add(mixed_texture(source.texture, matrix, shift, self._images.mixed))
         return self._rows[key]
 
 

@@ -10,7 +10,7 @@ Reference: UsdRenderSettingsBase, renderingColorSpace.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +28,7 @@ from warp_rt.scene import (
     Shapes,
     Texture,
 )
+from warp_rt.usd.mixed_texture import Mix, mixed_texture
 
 _COLORS = {
     name
@@ -35,8 +36,6 @@ _COLORS = {
     for name, default in defaults.items()
     if len(default) == 3 and name != "normal"
 }
-Mix = Callable[[int, bool, np.ndarray], int]
-"""Gives the row of an image whose decoded texels are multiplied by a matrix, shape [4, 4]."""
 
 
 class RenderingSpace:
@@ -94,27 +93,10 @@ class RenderingSpace:
 
     def _texture(self, row: int) -> int:
         if row not in self._rows:
-            texture = self._textures[row]
             linear = np.eye(4)
             linear[:3, :3] = self._matrix
-            matrix = linear * texture.scale
-
-            def mixed(image: int) -> int:
-                return image if image < 0 else self._mix(image, texture.is_srgb, matrix)
-
-            bias, fallback = linear @ texture.bias, linear @ texture.fallback
             self._rows[row] = len(self._textures)
-            self._textures.append(
-                replace(
-                    texture,
-                    image=mixed(texture.image),
-                    tiles=None if texture.tiles is None else texture.tiles.map(mixed),
-                    is_srgb=False,
-                    scale=(1.0, 1.0, 1.0, 1.0),
-                    bias=tuple(bias.tolist()),
-                    fallback=tuple(fallback.tolist()),
-                )
-            )
+            self._textures.append(mixed_texture(self._textures[row], linear, np.zeros(4), self._mix))
         return self._rows[row]
 
     # --- primvars
