@@ -8,15 +8,12 @@ from .constants import (
     CONE_CELLS,
     FAR_FOCUS,
     FAR_LIGHT,
-    FAR_PROFILE,
     FOCUS_CELLS,
-    FOCUS_DARK,
     LARGE_DISK,
     LIGHT_CELLS,
     LIGHT_CELLS_FINE,
     LIGHT_CELLS_MAX,
     SLIVER_CELLS,
-    STEEPEST,
 )
 from .emission import EmissionCell, light_emission, mean_emission, rect_coordinates
 from .light import (
@@ -31,6 +28,17 @@ from .light import (
     sample_light,
 )
 from .light_direction import LightDirection
+from .light_variation import (
+    CUT,
+    DARK,
+    EVEN,
+    angle_to_axis,
+    cone_view,
+    focus_rate,
+    half_angle,
+    is_profile_even,
+    profile_cell,
+)
 from .outline import SeenPart, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
@@ -39,108 +47,11 @@ from .structs import LightData, SceneData
 from .vector import max_magnitude
 from .whole_mesh import mesh_light
 
-DARK = wp.constant(0)
-"""What :func:`cone_view` says of a light: all of it is outside of its cone,"""
-EVEN = wp.constant(1)
-"""the cone does not tell its points apart,"""
-CUT = wp.constant(2)
-"""or does."""
-
 
 @wp.func
 def bounding_square(light: wp.ref[LightData]) -> float:
     """Return the squared radius of a ball about a light's centre that holds a rect, or a box about the others."""
     return wp.length_sq(light.half_x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z)
-
-
-@wp.func
-def half_angle(size2: float, distance2: float) -> float:
-    """Return half the angle that a ball covers, 90 degrees from within."""
-    return wp.asin(wp.sqrt(wp.min(size2 / wp.max(distance2, 1.0e-30), 1.0)))
-
-
-@wp.func
-def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int:
-    """Return how a cone lies to a point: it leaves it dark, it does not tell the light's points apart, or its rim does.
-
-    Args:
-        light: The light.
-        to_center: From the point to its centre.
-        size2: Its :func:`bounding_square`.
-    """
-    end = light.cone_angle
-    if end >= wp.pi:
-        return EVEN
-    d2 = wp.length_sq(to_center)
-    half = half_angle(size2, d2)
-    cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(wp.max(d2, 1.0e-30))
-    theta = wp.acos(wp.clamp(cosine, -1.0, 1.0))
-    rim = end * (1.0 - light.cone_softness)
-    if theta - half >= end:
-        return DARK
-    # A soft rim that is much wider than the light looks straight to it.
-    if theta + half <= rim or end - rim > FAR_LIGHT * half:
-        return EVEN
-    return CUT
-
-
-@wp.func
-def angle_to_axis(light: wp.ref[LightData], wi: wp.vec3) -> float:
-    """Return the angle to the light's axis of what it sends along -wi."""
-    return wp.acos(wp.clamp(wp.dot(wi, light.axis_z), -1.0, 1.0))
-
-
-@wp.func
-def focus_rate(light: wp.ref[LightData], to_center: wp.vec3, half: float) -> float:
-    """Return by how many powers of e a focused light changes a radian where it does so most; 0 where it is dark.
-
-    That is the focus times the tangent of the angle to the axis, near which its square root counts, the width of the
-    peak.
-
-    Args:
-        light: One with a focus.
-        to_center: From the surface to its centre.
-        half: Its :func:`half_angle`.
-    """
-    theta = angle_to_axis(light, wp.normalize(to_center))
-    theta = wp.min(theta, wp.pi - theta)
-    if wp.pow(wp.cos(wp.max(theta - half, 0.0)), light.focus) <= FOCUS_DARK:
-        return 0.0
-    root = wp.sqrt(light.focus)
-    return root * wp.max(1.0, root * wp.tan(wp.min(theta + half, STEEPEST)))
-
-
-@wp.func
-def profile_cell(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> float:
-    """Return the width of a cell [rad] within which a light's profile is nearly a plane.
-
-    Args:
-        scene: Profiles.
-        light: One with a profile.
-        to_center: From the surface to its centre.
-        half: Its :func:`half_angle`.
-    """
-    profile = scene.profiles[light.profile]
-    sine = wp.sin(angle_to_axis(light, wp.normalize(to_center)))
-    # Horizontal angles crowd at the axis: there a share of the light is as fine as it gets.
-    return wp.min(profile.vertical_cell, profile.horizontal_cell * wp.max(sine, half))
-
-
-@wp.func
-def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
-    """Return whether a light is so small that its profile does not tell its points apart.
-
-    Args:
-        scene: Profiles.
-        light: One with a profile.
-        to_center: From the surface to its centre.
-        half: Its :func:`half_angle`.
-    """
-    profile = scene.profiles[light.profile]
-    theta = angle_to_axis(light, wp.normalize(to_center))
-    if wp.abs(theta - profile.first_end) <= half or wp.abs(theta - profile.last_end) <= half:
-        return False
-    return half <= FAR_PROFILE * profile_cell(scene, light, to_center, half)
 
 
 @wp.func
