@@ -243,10 +243,6 @@ def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
     """Return our picture of a stage."""
     stage = Usd.Stage.Open(str(corpora / pair.stage))
     camera = pair.camera
-    if pair.renderer == "usdrecord framed":
-        stage.SetEditTarget(stage.GetSessionLayer())
-        for prim in [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera) and prim.GetName() != "main_cam"]:
-            prim.SetActive(False)  # usdrecord looks through none but this
     if pair.renderer == "storm framed":
         camera = FRAMING
         _add_framing_camera(stage, pair, shape)
@@ -256,7 +252,7 @@ def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
     frame = _prepared(source.scene(moment), pair)
     options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
     if pair.renderer == "usdrecord framed":
-        eye = choose_camera(frame, None) or frame_camera(frame, options, as_usdrecord=True)
+        eye = choose_camera(frame, None, as_usdrecord=True) or frame_camera(frame, options, as_usdrecord=True)
     else:
         eye = camera or None
     film, _ = render_frame(

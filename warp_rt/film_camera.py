@@ -22,11 +22,11 @@ MAIN_CAMERA = "main_cam"  # UsdUtils.GetPrimaryCameraName()
 _FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
 
 
-def choose_camera(scene: Scene, name: str | None) -> Camera | None:
+def choose_camera(scene: Scene, name: str | None, *, as_usdrecord: bool = False) -> Camera | None:
     """Return the camera to render with; None where the scene has none and must be framed.
 
     The one that ``name`` says (a path, or the last part of one), else the render settings' camera, else ``main_cam``,
-    else the first in the stage.
+    else the first in the stage, which usdrecord does not look through.
 
     Raises:
         SceneError: There is no camera of that name.
@@ -46,11 +46,12 @@ def choose_camera(scene: Scene, name: str | None) -> Camera | None:
     if scene.settings.camera in cameras:
         return cameras[scene.settings.camera]
     main = [camera for path, camera in cameras.items() if path.endswith("/" + MAIN_CAMERA)]
-    return next(iter([*main, *cameras.values()]), None)
+    others = () if as_usdrecord else cameras.values()
+    return next(iter([*main, *others]), None)
 
 
 def frame_camera(scene: Scene, options: RenderOptions, *, as_usdrecord: bool = False) -> Camera:
-    """Return a camera that frames the whole scene; ``as_usdrecord`` may cut high ones off."""
+    """Return a camera that frames the whole scene; see ``frame_scene``."""
     width, height = options.width or DEFAULT_WIDTH, options.height
     return frame_scene(scene, aspect=width / height if height else 0.0, as_usdrecord=as_usdrecord)
 

@@ -17,6 +17,7 @@ _VERTICAL_APERTURE = 15.2908
 
 _NEAR = 1.0  # GfCamera's near distance [scene unit]: usdrecord steps back by it where the camera is nearer
 _FLAT = 1e-3  # extent by the largest one, below which a scene would be a line: a pixel of usdrecord's 960
+_LOW = 0.2  # area of a box's front by that of its largest face, below which it is looked at from a corner
 _PATH = "/__framing"
 
 
@@ -24,14 +25,16 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, as_usdrecord: bool = False
     """Return a camera that sees the whole scene, along -Z with +Y up, or along +Y with +Z up.
 
     As in usdrecord, the circle about the corner of the bounding box that faces the camera fills the width of a 50 mm
-    camera's picture. Four departures: the camera steps back from a scene so high that its box would reach beyond the
-    picture's upper edge; it does not step back from a small one for the sake of a near plane, which it lacks; a scene
-    that is flat along its up axis, of which that camera would see an edge thinner than a pixel, is looked at from
-    above; and an empty scene is framed like a cube of side 2 about the origin.
+    camera's picture. Five departures: the camera steps back from a scene so high that its box would reach beyond the
+    picture's upper edge; it does not step back from a small one for the sake of a near plane, which it lacks; a box
+    whose top or right face has more than five times the area of its front is looked at from 45 degrees above or, if
+    that is the larger, from 45 degrees to the right; one that is flat along its up axis, of which usdrecord's camera
+    would see an edge thinner than a pixel, straight from above, and one that is flat along its right axis straight
+    from there; and an empty scene is framed like a cube of side 2 about the origin.
 
     Args:
         scene: Its bounds and its up axis count.
-        as_usdrecord: Without the first two departures.
+        as_usdrecord: Without the first three departures.
         aspect: Width by height of the image, which the window is widened or heightened to, never cut (the policy
             expandAperture). 0: unknown; the window keeps that of a 35 mm academy frame, as GfCamera has it.
 
@@ -43,10 +46,9 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, as_usdrecord: bool = False
     center, size = (low + high) / 2, high - low
     # Columns: right, up and back (out of the picture), as rows of world axes.
     is_z_up = scene.up_axis == "Z"
-    right, up, back = np.eye(3) if not is_z_up else np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
-    if abs(size @ np.abs(up)) <= _FLAT * size.max() < size @ np.abs(back):
-        up, back = -back, up
-    radius = math.hypot(size @ right, size @ np.abs(up)) / 2
+    front = np.eye(3) if not is_z_up else np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    right, up, back = _turned(front, size @ np.abs(front).T, may_be_oblique=not as_usdrecord)
+    radius = math.hypot(size @ np.abs(right), size @ np.abs(up)) / 2
     half_width, half_height = _HORIZONTAL_APERTURE / 2 / _FOCAL_LENGTH, _VERTICAL_APERTURE / 2 / _FOCAL_LENGTH
     to_face = radius / half_width
     if aspect > 0:
@@ -60,3 +62,29 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, as_usdrecord: bool = False
     matrix[:3, :3] = np.column_stack([right, up, back])
     matrix[:3, 3] = center + distance * back
     return Camera(_PATH, matrix, (-half_width, half_width, -half_height, half_height))
+
+
+def _turned(front: np.ndarray, size: np.ndarray, *, may_be_oblique: bool) -> np.ndarray:
+    """Return the axes (right, up, back) of the view that shows a box well: shape [3, 3], rows in world space.
+
+    Args:
+        front: The axes of the view of its front, likewise.
+        size: Extents of the box along them.
+        may_be_oblique: Whether low and narrow boxes that are not flat are looked at from 45 degrees.
+    """
+    right, up, back = front
+    least = _FLAT * size.max()
+    width, height, depth = np.maximum(size, least)
+    top, side = width * depth, height * depth
+    is_from_above = top >= side
+    thickness = size[1] if is_from_above else size[0]
+    if thickness <= least < size[2]:
+        turn = 1.0, 0.0
+    elif may_be_oblique and width * height < _LOW * max(top, side):
+        turn = math.sqrt(0.5), math.sqrt(0.5)
+    else:
+        return front
+    sine, cosine = turn
+    if is_from_above:
+        return np.stack([right, cosine * up - sine * back, sine * up + cosine * back])
+    return np.stack([cosine * right - sine * back, up, sine * right + cosine * back])

@@ -27,6 +27,10 @@ def test_choice_of_camera() -> None:
     assert choose_camera(scene("/a", "/x/main_cam"), None).path == "/x/main_cam"
     assert choose_camera(scene("/a", "/main_cam", settings=Settings(camera="/a")), None).path == "/a"
     assert choose_camera(scene("/a", "/x/b"), "b").path == "/x/b"
+    assert choose_camera(scene("/a", "/b"), None, as_usdrecord=True) is None
+    assert choose_camera(scene("/a", "/x/main_cam"), None, as_usdrecord=True).path == "/x/main_cam"
+    assert choose_camera(scene("/a", "/b"), "b", as_usdrecord=True).path == "/b"
+    assert choose_camera(scene("/a", settings=Settings(camera="/a")), None, as_usdrecord=True).path == "/a"
     assert choose_camera(scene("/a", "/x/b"), "/x/b").path == "/x/b"
     with pytest.raises(SceneError, match="did you mean /x/shotcam"):
         choose_camera(scene("/a", "/x/shotcam"), "/x/shotcan")

@@ -59,7 +59,7 @@ def test_window_grows_to_the_images_aspect(aspect, width, height):
 
 
 @pytest.mark.parametrize("aspect", [0, 0.5, 1, 3])
-@pytest.mark.parametrize("high", [(5, 4, 4), (1.5, 20, 4), (1.5, 4, 20), (50, 4, 4)])
+@pytest.mark.parametrize("high", [(5, 4, 4), (1.5, 20, 4), (1.5, 4, 20), (50, 4, 4), (40, 2.5, 40), (1.1, 4, 40)])
 @pytest.mark.parametrize("up_axis", ["Y", "Z"])
 def test_every_corner_of_the_box_is_in_the_picture(up_axis, high, aspect):
     low = (1, 2, 3)
@@ -149,9 +149,41 @@ def test_a_floor_is_looked_at_from_above(up_axis, high, view):
     np.testing.assert_array_equal(camera.world_from_camera[:3, 0], [1, 0, 0])
 
 
-def test_a_wall_is_looked_at_from_the_front():
-    camera = frame_scene(_scene([-1, -1, 0], [1, 1, 0]))
-    np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], [0, 0, -1])
+@pytest.mark.parametrize(("up_axis", "high"), [("Y", [4, 9, 0]), ("Y", [4, 1, 4]), ("Z", [4, 0, 4]), ("Z", [4, 4, 1])])
+def test_a_wall_or_a_body_is_looked_at_from_the_front(up_axis, high):
+    camera = frame_scene(_scene([0, 0, 0], high, up_axis))
+    np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], [0, 0, -1] if up_axis == "Y" else [0, 1, 0])
+
+
+@pytest.mark.parametrize(
+    ("up_axis", "high", "view"),
+    [
+        ("Y", [10, 1, 10], [0, -1, -1]),  # things on a floor
+        ("Z", [10, 10, 1], [0, 1, -1]),
+        ("Y", [1, 1.5, 10], [-1, 0, -1]),  # a train
+        ("Z", [1, 10, 1.5], [-1, 1, 0]),
+        ("Y", [1.5, 1, 10], [0, -1, -1]),
+    ],
+)
+def test_a_low_or_long_scene_is_looked_at_from_a_corner(up_axis, high, view):
+    box = _scene([0, 0, 0], high, up_axis)
+    matrix = frame_scene(box).world_from_camera
+    np.testing.assert_allclose(-matrix[:3, 2], np.array(view) / math.sqrt(2), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(matrix[:3, :3]), 1)
+    up = [0, 1, 0] if up_axis == "Y" else [0, 0, 1]
+    assert matrix[:3, 1] @ up > 0.7
+    assert matrix[:3, 0] @ up == pytest.approx(0)
+    # usdrecord looks at its front
+    np.testing.assert_array_equal(
+        -frame_scene(box, as_usdrecord=True).world_from_camera[:3, 2], [0, 0, -1] if up_axis == "Y" else [0, 1, 0]
+    )
+
+
+@pytest.mark.parametrize(("up_axis", "high"), [("Y", [0, 4, 4]), ("Z", [0, 4, 4])])
+def test_a_wall_that_stands_edge_on_is_looked_at_from_its_right(up_axis, high):
+    camera = frame_scene(_scene([0, 0, 0], high, up_axis))
+    np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], [-1, 0, 0])
+    np.testing.assert_array_equal(camera.world_from_camera[:3, 1], [0, 1, 0] if up_axis == "Y" else [0, 0, 1])
 
 
 def test_scenes_without_extent_have_a_camera():

@@ -126,9 +126,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
 
 def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:
     """Return usdrecord's camera: the one asked for, the render settings', ``main_cam``, or one that frames it all."""
-    from warp_rt.film_camera import MAIN_CAMERA, choose_camera, frame_camera
+    from warp_rt.film_camera import choose_camera, frame_camera
 
-    paths = [camera.path for camera in scene.cameras]
-    is_there = name or scene.settings.camera in paths or any(path.endswith(f"/{MAIN_CAMERA}") for path in paths)
-    chosen = choose_camera(scene, name) if is_there else None
+    chosen = choose_camera(scene, name, as_usdrecord=True)
     return chosen or frame_camera(scene, options, as_usdrecord=True)
