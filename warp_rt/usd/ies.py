@@ -3,7 +3,8 @@
 """IES profiles: files in the IESNA's LM-63 format to Profile.
 
 Reference: ANSI/IES LM-63-19, Standard File Format for the Electronic Transfer of Photometric Data; UsdLux ShapingAPI;
-OpenUSD's hdEmbree, the reference implementation of UsdLux, for what neither of these says: type B, and the power.
+OpenUSD's hdEmbree, the reference implementation of UsdLux, for what neither of these says: where types A and B lie, and
+the power.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ def parse_profile(text: str) -> Profile:
     """Return the profile that a file's text describes: candela, multiplied by the file's own factors.
 
     Raises:
-        SceneError: It is damaged, or of photometric type A.
+        SceneError: It is damaged.
     """
     tilt = _KEYWORD.search(text.replace("\r\n", "\n").replace("\r", "\n") + "\n")
     if tilt is None:
@@ -92,9 +93,8 @@ def parse_profile(text: str) -> Profile:
         raise SceneError(f"it ends before its angles{end}")
     vertical_count, horizontal_count = _count(numbers, 3, "vertical angles"), _count(numbers, 4, "horizontal angles")
     kind = int(numbers[5])
-    if kind not in (_TYPE_C, _TYPE_B):
-        reason = "it is of photometric type A, and types B and C alone are read"
-        raise SceneError(reason if kind == _TYPE_A else f"{kind} is no photometric type")
+    if kind not in (_TYPE_C, _TYPE_B, _TYPE_A):
+        raise SceneError(f"{kind} is no photometric type")
     factor = numbers[2] * numbers[10] * numbers[11]  # candela multiplier, ballast factor, ballast-lamp factor
     needed = 13 + vertical_count + horizontal_count + vertical_count * horizontal_count
     if len(numbers) < needed:
@@ -108,7 +108,9 @@ def parse_profile(text: str) -> Profile:
     values = values.reshape(horizontal_count, vertical_count) * factor
     if values.min() < 0:
         raise SceneError("an intensity is negative")
-    if kind == _TYPE_B:
+    if kind == _TYPE_A:
+        horizontal, vertical, values = _from_below(horizontal, vertical, values)
+    elif kind == _TYPE_B:
         horizontal, vertical, values = _about_the_vertical(horizontal, vertical, values)
     else:
         horizontal, values = _whole_turn(horizontal, values)
@@ -175,6 +177,20 @@ def _whole_turn(horizontal: np.ndarray, values: np.ndarray) -> tuple[np.ndarray,
     if _is(first, 0) and (_is(gap, horizontal[1] - first) or _is(gap, last - horizontal[-2])):
         return np.append(horizontal, 360.0), np.concatenate([values, values[:1]])
     return horizontal, values
+
+
+def _from_below(
+    horizontal: np.ndarray, vertical: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return type A, whose polar axis is vertical as type C's is, by the angles of type C, as hdEmbree means to.
+
+    Elevations from -90 to 90 become 0 to 180, from below; azimuths from 90 to -90 become 90 to 270, those from 0 on
+    being mirrored to the other side. The loop by which hdEmbree does so never ends, for its index has no sign; that of
+    Cycles, whence it comes, does.
+    """
+    if _is(horizontal[0], 0):
+        horizontal, values = _both_sides(horizontal, values)
+    return 180 - horizontal[::-1], vertical + 90, values[::-1]
 
 
 def _about_the_vertical(
