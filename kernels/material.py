@@ -5,7 +5,7 @@
 import warp as wp
 
 from .albedo import diffuse_albedo, specular_albedo
-from .constants import GRAZING_FADE, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .constants import GRAZING_FADE, HORIZON, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
 from .features import Features, PlainScene
 from .per_type import per_type
 from .ray_differential import coordinate_differential
@@ -192,8 +192,12 @@ def mirror_share(roughness: float) -> float:
 def shading_normal(
     scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, features: Features
 ) -> wp.vec3:
-    """Return the unit shading normal, bent by the input ``normal`` if there is one, on the viewer's side."""
-    n = surface.n_shading
+    """Return the unit shading normal, on the viewer's side, bent by the input ``normal`` if there is one.
+
+    The unbent normal tells the side: from behind a bump is a dent. Bent away from the viewer, it is brought back to
+    where it is just seen, so that nothing jumps; turned round it would face what is behind the surface.
+    """
+    n = face_forward(surface.n_shading, wo)
     if material.has_normal_map != 0:
         data = scene.inputs[surface.material * INPUT_COUNT + _NORMAL]
         slot = int(wp.static(int(NORMALS_SLOT) + 1))  # that of st: the frame of what is no texture
@@ -205,10 +209,12 @@ def shading_normal(
         b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
         if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
             m = input_vec3(scene, surface, material.varying, _NORMAL, features)
-            bent = wp.normalize(t) * m[0] + wp.normalize(b) * m[1] + n * m[2]
+            side = wp.sign(wp.dot(n, surface.n_shading))
+            bent = (wp.normalize(t) * m[0] + wp.normalize(b) * m[1]) * side + n * m[2]
+            bent -= wo * wp.min(wp.dot(bent, wo), 0.0)
             if wp.length_sq(bent) > 0.0:
                 n = wp.normalize(bent)
-    return face_forward(n, wo)
+    return n
 
 
 @wp.func
@@ -221,6 +227,67 @@ def shading_normal(
 ) -> wp.vec3:
     """Return the interpolated normal on the viewer's side."""
     return face_forward(surface.n_shading, wo)
+
+
+@per_type
+def facing(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading], wi: wp.vec3, features: Features
+) -> float:
+    """Return N.L; of a bent normal that of the surface itself where it is less, so that no light leaks through a sheet.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        shading: Of the surface.
+        wi: Unit direction to the light.
+        features: What the kernel can render.
+    """
+    cosine = wp.dot(shading.n, wi)
+    if scene.materials[surface.material].has_normal_map != 0:
+        return wp.min(cosine, wp.dot(face_forward(surface.n_shading, shading.wo), wi))
+    return cosine
+
+
+@wp.func
+def facing(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    shading: wp.ref[Shading],
+    wi: wp.vec3,
+    features: wp.ref[PlainScene],
+) -> float:
+    """Return it: N.L."""
+    return wp.dot(shading.n, wi)
+
+
+@per_type
+def mirror_normal(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading], features: Features
+) -> wp.vec3:
+    """Return the normal that rays are mirrored and bent about: N, unless a bent one mirrors to beneath the surface.
+
+    There the mirrored ray is lifted to the horizon, and the normal is between it and the viewer.
+
+    Reference: the aim is that of Cycles' ensure_valid_specular_reflection (Blender 2.8), which turns the normal in
+    another plane.
+    """
+    n = shading.n
+    if scene.materials[surface.material].has_normal_map != 0:
+        above = face_forward(surface.n_shading, shading.wo)
+        mirrored = 2.0 * wp.dot(n, shading.wo) * n - shading.wo
+        lowest = wp.min(0.5 * wp.dot(above, shading.wo), HORIZON)
+        height = wp.dot(above, mirrored)
+        if height < lowest:
+            n = wp.normalize(wp.normalize(mirrored + above * (lowest - height)) + shading.wo)
+    return n
+
+
+@wp.func
+def mirror_normal(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], shading: wp.ref[Shading], features: wp.ref[PlainScene]
+) -> wp.vec3:
+    """Return N."""
+    return shading.n
 
 
 @wp.func
@@ -358,7 +425,8 @@ def eval_preview(
 
     is_closed = scene.meshes[surface.mesh].is_closed
     s.eta = passage_eta(is_closed, side, ior)
-    cos_o = wp.abs(wp.dot(s.n, wo))
+    cos_n = wp.abs(wp.dot(s.n, wo))
+    cos_o = float(cos_n)
     if s.eta > 1.0 and opacity < 1.0:
         # From inside, Schlick's formula takes the angle on the thin side; beyond the critical angle it gives F90.
         cos_o = wp.sqrt(wp.max(refraction_discriminant(cos_o, s.eta), 0.0))
@@ -368,10 +436,10 @@ def eval_preview(
     coat_gloss = float(0.0)
     if s.coat > 0.0:
         coat_fresnel = s.coat * fresnel_schlick(one * s.coat_f0, one, cos_o)[0]
-        whole = s.coat * specular_albedo(scene.albedo, one * s.coat_f0, one, coat_roughness, cos_o)[0]
+        whole = s.coat * specular_albedo(scene.albedo, one * s.coat_f0, one, coat_roughness, cos_n)[0]
         coat_gloss = whole * (1.0 - coat_share)
     fresnel = fresnel_schlick(s.specular, s.specular_grazing, cos_o)
-    gloss = specular_albedo(scene.albedo, s.specular, s.specular_grazing, roughness, cos_o) * (1.0 - share)
+    gloss = specular_albedo(scene.albedo, s.specular, s.specular_grazing, roughness, cos_n) * (1.0 - share)
     coat_part = coat_fresnel * coat_share + coat_gloss
     below_coat = at_most(fresnel * share + gloss, one * (1.0 - coat_part))
     s.specular = wp.cw_mul(s.specular, below_coat)
@@ -381,7 +449,7 @@ def eval_preview(
     s.kr = fresnel * share + one * (coat_fresnel * coat_share)
     s.gloss = gloss + one * coat_gloss
     s.kt = wp.max(one * (1.0 - coat_fresnel) - fresnel, one * 0.0) * (1.0 - opacity)
-    diffuse = wp.cw_mul(s.diffuse, diffuse_albedo(s.specular, s.specular_grazing, wp.abs(wp.dot(s.n, wo))))
+    diffuse = wp.cw_mul(s.diffuse, diffuse_albedo(s.specular, s.specular_grazing, cos_n))
     left = wp.max(one - s.kr - s.gloss, one * 0.0) * opacity
     s.diffuse = wp.cw_mul(s.diffuse, at_most(diffuse, left))
     return s

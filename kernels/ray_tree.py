@@ -18,7 +18,7 @@ from .emission import light_met, radiance_of_seen
 from .environment import environment
 from .features import AnyScene, Features
 from .line_hit import surface_on_line
-from .material import NO_LEAK, Shading, eval_material
+from .material import NO_LEAK, Shading, eval_material, mirror_normal
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_counts import (
@@ -148,6 +148,7 @@ def child_task(
     parent: wp.ref[RayTask],
     surface: wp.ref[Surface],
     shading: wp.ref[Shading],
+    n: wp.vec3,
     direction: wp.vec3,
     coefficient: wp.vec3,
     leaked: wp.vec4i,
@@ -161,6 +162,7 @@ def child_task(
         parent: Task of the ray that sends it.
         surface: Where it starts.
         shading: Of the surface.
+        n: Unit normal that it is mirrored or bent about.
         direction: Unit.
         coefficient: Kr or Kt.
         leaked: As ``leak`` returns it.
@@ -182,7 +184,7 @@ def child_task(
     child.sender = surface.instance
     child.leaked = leaked
     eta = shading.eta if kind == REFRACTION else 0.0
-    track_bounce(scene, surface, parent, child, shading.n, eta, features)
+    track_bounce(scene, surface, parent, child, n, eta, features)
     return child
 
 
@@ -205,8 +207,9 @@ def push_children(
     """
     kr = shading.kr
     kt = shading.kt
+    n = mirror_normal(scene, surface, shading, features)
     if max_component(kt) > 0.0:
-        cos_in = wp.dot(shading.n, shading.wo)
+        cos_in = wp.dot(n, shading.wo)
         if refraction_discriminant(cos_in, shading.eta) < 0.0:
             count(counts, TOTAL_INTERNAL_REFLECTION)
             tell_child(observer, REFRACTION, TOTALLY_REFLECTED)
@@ -214,16 +217,16 @@ def push_children(
         elif is_kept(REFRACTION, kt, task, frame, counts, observer):
             direction = task.direction
             if shading.eta != 1.0:
-                direction = refract(task.direction, shading.n, shading.eta)
+                direction = refract(task.direction, n, shading.eta)
             leaked = leak(scene, surface, task.leaked, direction, shading.wo, True)
-            tasks[top] = child_task(scene, task, surface, shading, direction, kt, leaked, REFRACTION, features)
+            tasks[top] = child_task(scene, task, surface, shading, n, direction, kt, leaked, REFRACTION, features)
             tell_push(observer, top, REFRACTION)
             top += 1
             count_refraction(counts, task.depth + 1)
     if is_kept(REFLECTION, kr, task, frame, counts, observer):
-        mirrored = wp.normalize(reflect(task.direction, shading.n))
+        mirrored = wp.normalize(reflect(task.direction, n))
         leaked = leak(scene, surface, task.leaked, mirrored, shading.wo, False)
-        tasks[top] = child_task(scene, task, surface, shading, mirrored, kr, leaked, REFLECTION, features)
+        tasks[top] = child_task(scene, task, surface, shading, n, mirrored, kr, leaked, REFLECTION, features)
         tell_push(observer, top, REFLECTION)
         top += 1
         count_reflection(counts, task.depth + 1)

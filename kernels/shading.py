@@ -10,7 +10,7 @@ from .constants import SHADOW_END
 from .emission import is_mirrored
 from .environment import dome_irradiance
 from .features import Features, PlainScene
-from .material import MODEL_PREVIEW, Shading, eval_response, unmirrored_scales
+from .material import MODEL_PREVIEW, Shading, eval_response, facing, unmirrored_scales
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_counts import count_shadow
@@ -69,7 +69,7 @@ def sampled_illumination(
     for k in range(frame.light_samples):
         index = shuffle_index(wp.uint32(sample * frame.light_samples + k), own_key)
         s = sample_emitter(scene, shading, surface.position, emitter, sequence_point(index, own_key))
-        if max_magnitude(s.irradiance) > 0.0:
+        if max_magnitude(s.irradiance) > 0.0 and facing(scene, surface, shading, s.wi, features) > 0.0:
             visible = wp.vec3(1.0, 1.0, 1.0)
             if emitter.casts_shadow != 0:
                 count_shadow(counts, depth)
@@ -114,7 +114,7 @@ def whole_illumination(
 ) -> wp.vec3:
     """Return what a light as a whole adds to I_local, with one shadow ray, where N.L > 0."""
     arriving = whole_light(scene, light, surface.position, shading.n)
-    cosine = wp.dot(shading.n, arriving.wi)
+    cosine = facing(scene, surface, shading, arriving.wi, features)
     term = wp.vec3(0.0, 0.0, 0.0)
     if cosine <= 0.0:
         tell_dark_light(observer, row, cosine)

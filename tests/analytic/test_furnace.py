@@ -38,15 +38,30 @@ SWEEP = [
     *({"diffuseColor": 1, "opacity": o, "roughness": r} for o, r in product((0, 0.5), (0, 0.3, 0.8))),
     {"diffuseColor": 1, "opacity": 0.5, "opacityMode": '"presence"'},
     {"diffuseColor": 1, "opacity": 0, "roughness": 0, "clearcoat": 1},
+    # Thinner than what is around it: all of the lobes is reflected totally, but for what a rough one takes.
+    *(
+        {
+            "diffuseColor": 0,
+            "opacity": 0,
+            "roughness": r,
+            "clearcoat": 1,
+            "clearcoatRoughness": 0.27,
+            "ior": i,
+            "useSpecularWorkflow": 1,
+            "specularColor": 0.3,
+        }
+        for r, i in product((0.3, 0.5), (0.001, 0.75))
+    ),
 ]
 LOSSLESS = {
     "diffuse": {"diffuseColor": 1, "useSpecularWorkflow": 1, "specularColor": 0, "ior": 1},
     "diffuse of index 1": {"diffuseColor": 1, "ior": 1, "roughness": 0.3},
     "mirror": {"diffuseColor": 1, "metallic": 1, "roughness": 0},
     "glass": {"diffuseColor": 0, "opacity": 0, "roughness": 0},
+    "bumpy mirror": {"diffuseColor": 1, "metallic": 1, "roughness": 0, "normal": "(0.8, 0, 0.6)"},
     "coated mirror": {"diffuseColor": 1, "metallic": 1, "roughness": 0, "clearcoat": 1},
 }
-_TYPES = {"useSpecularWorkflow": "int", "opacityMode": "token"}
+_TYPES = {"useSpecularWorkflow": "int", "opacityMode": "token", "normal": "normal3f"}
 
 
 def stage(materials: list[dict[str, object]], folder: Path) -> Path:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image as PillowImage
-from pxr import Usd
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 import warp_rt
 
@@ -169,3 +169,61 @@ def test_a_primvar_bends_as_a_map_does() -> None:
 
 def test_without_coordinates_nothing_is_bent(textured: str) -> None:
     np.testing.assert_allclose(normal(stage(textured, st="[(0,0), (0,0), (0,0), (0,0)]")), (0, 0, 1), atol=1e-6)
+
+
+WHITE = """
+    color3f inputs:diffuseColor = (1, 1, 1)
+    int inputs:useSpecularWorkflow = 1
+    float inputs:ior = 1
+"""
+MIRROR = """
+    color3f inputs:diffuseColor = (1, 1, 1)
+    float inputs:metallic = 1
+    float inputs:roughness = 0
+"""
+
+
+def lit(bent: tuple[float, float, float], elevation: float) -> float:
+    """Return the radiance of a white sheet, bent, seen from above under a light of irradiance pi from +x."""
+    opened = stage(f"{WHITE}normal3f inputs:normal = {bent}")
+    light = UsdLux.DistantLight.Define(opened, "/Light")
+    light.CreateIntensityAttr(np.pi)
+    light.CreateAngleAttr(0)
+    light.AddRotateYOp().Set(90 - elevation)
+    image = warp_rt.render(warp_rt.load_scene(opened), camera="/Above", width=3, height=3, device="cpu")
+    return float(image.linear[1, 1, 0])
+
+
+def test_no_light_leaks_through_a_bent_sheet() -> None:
+    """A light 30 degrees above it shines by N.L of the bent normal; one as far below it does not shine."""
+    assert lit((0.8, 0, 0.6), 30) == pytest.approx(0.8 * np.cos(np.pi / 6) + 0.6 * 0.5, abs=1e-5)
+    assert lit((0.8, 0, 0.6), -30) == 0.0
+
+
+def test_what_is_bent_just_away_from_the_eye_looks_as_what_is_just_seen() -> None:
+    """Nothing jumps where N.V = 0: N is brought back, not turned round."""
+    just_seen, just_not = (lit((1, 0, z), 30) for z in (1e-4, -1e-4))
+    assert just_seen == pytest.approx(np.cos(np.pi / 6), abs=1e-3)
+    assert just_not == pytest.approx(just_seen, abs=1e-3)
+
+
+@pytest.mark.parametrize("x", [0.3, 0.6, 0.71, 0.9, -0.9])
+def test_a_bent_mirror_shows_nothing_from_beneath_itself(x: float) -> None:
+    """A white wall stands behind it, nothing before it."""
+    opened = stage(f"{MIRROR}normal3f inputs:normal = ({x}, 0, {np.sqrt(1 - x * x)})")
+    wall = UsdGeom.Plane.Define(opened, "/Wall")
+    wall.CreateWidthAttr(1e4)
+    wall.CreateLengthAttr(1e4)
+    wall.AddTranslateOp().Set((0, 0, -1))
+    glow = UsdShade.Material.Define(opened, "/Glow")
+    shader = UsdShade.Shader.Define(opened, "/Glow/S")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    shader.CreateInput("emissiveColor", Sdf.ValueTypeNames.Color3f).Set((1, 1, 1))
+    glow.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    UsdShade.MaterialBindingAPI.Apply(wall.GetPrim()).Bind(glow)
+    UsdLux.DistantLight.Define(opened, "/Light").CreateIntensityAttr(0)
+    scene = warp_rt.load_scene(opened)
+    above, below = (
+        warp_rt.render(scene, camera=camera, width=3, height=3, device="cpu") for camera in ("/Above", "/Below")
+    )
+    assert (above.linear[1, 1, 0], below.linear[1, 1, 0]) == (0, 1)
