@@ -3,10 +3,10 @@
 """CPU seconds of a whole frame beside POV-Ray 3.7 and, where it is installed, Mitsuba 3.
 
     python -m benchmarks frame                                 10 thousand and a million triangles
-    python -m benchmarks frame --triangles 10000
+    python -m benchmarks frame --triangles 10000 --ball triangles
 
-The scene is scenes/mirror_teapot.usda at the wanted tessellation, 1024 x 768, depth 7, threshold 0, one sample a
-pixel. warp_rt and POV-Ray take one thread each and trace the same rays. Mitsuba's path tracer does not: it follows one
+The scene is scenes/mirror_teapot.usda at the wanted tessellation, its ball an exact one or of triangles as well,
+1024 x 768, depth 7, threshold 0, one sample a pixel. warp_rt and POV-Ray take one thread each and trace the same rays. Mitsuba's path tracer does not: it follows one
 path a pixel and one light a hit, so that its figure is no more than a neighbour's. Loading, parsing, building and
 compiling are left out on all sides. Needs ``povray``.
 """
@@ -33,28 +33,33 @@ from .povray_export import Export
 from .timing import significant, spread
 
 WIDTH, HEIGHT, DEPTH, THRESHOLD = 1024, 768, 7, 0.0
-KEYS = ("triangles_wanted",)
+KEYS = ("triangles_wanted", "ball")
+BALLS = {"exact": 0, "triangles": 48}
+"""How many steps a ball has from pole to pole."""
 
 
 def main(arguments: Sequence[str]) -> None:
     """Print the table, and save its rows where asked to."""
     parser = make_parser("frame", __doc__)
     parser.add_argument("--triangles", type=int, nargs="+", default=[10_000, 1_000_000], help="sizes of the teapot")
+    parser.add_argument("--ball", choices=BALLS, nargs="+", default=list(BALLS), help="kinds of it")
     parser.add_argument("--povray", default="povray", help="the program")
     options = parser.parse_args(arguments)
     if not povray_run.is_installed(options.povray):
         sys.exit(f"frame: no program {options.povray!r}: {povray_run.INSTALL}")
     rows = []
-    for count in options.triangles:
-        with tempfile.TemporaryDirectory() as folder:
-            rows.append({"triangles_wanted": count} | measure(count, options, Path(folder)))
-        print_row(rows[-1])
+    for ball in options.ball:
+        for count in options.triangles:
+            with tempfile.TemporaryDirectory() as folder:
+                figures = measure(count, ball, options, Path(folder))
+            rows.append({"triangles_wanted": count, "ball": ball} | figures)
+            print_row(rows[-1])
     save_if_asked(options, "frame", rows, KEYS)
 
 
-def measure(count: int, options: SimpleNamespace, folder: Path) -> results.Row:
-    """Return the figures for a teapot of about ``count`` triangles."""
-    scene = load_scene(write_stage(count, folder))
+def measure(count: int, ball: str, options: SimpleNamespace, folder: Path) -> results.Row:
+    """Return the figures for a teapot of about ``count`` triangles and a ball of one of BALLS' kinds."""
+    scene = load_scene(write_stage(count, folder, BALLS[ball]))
     description, arrays = describe(scene, WIDTH, HEIGHT)
     frame_options = RenderOptions(width=WIDTH, height=HEIGHT, depth=DEPTH, threshold=THRESHOLD, threads=1)
     renderer = Renderer(scene, frame_options, device="cpu")
@@ -82,12 +87,19 @@ def measure(count: int, options: SimpleNamespace, folder: Path) -> results.Row:
     }
 
 
-def write_stage(count: int, folder: Path) -> Path:
-    """Write the mirror and a teapot of about ``count`` triangles, and return the file."""
+def write_stage(count: int, folder: Path, ball_segments: int = 0) -> Path:
+    """Write the mirror and a teapot of about ``count`` triangles, and return the file.
+
+    Args:
+        count: Of triangles.
+        folder: For the file.
+        ball_segments: Steps of the ball from pole to pole; 0: an exact ball.
+    """
     path = folder / "scene.usdc"
     segments = round(np.sqrt(count / 64 + 1 / 256) + 1 / 16)  # inverse of 64 n^2 - 8 n
     script = results.ROOT / "scenes" / "make_mirror_teapot.py"
-    subprocess.run([sys.executable, str(script), str(path), "--segments", str(segments)], check=True)
+    steps = ["--segments", str(segments), "--ball-segments", str(ball_segments)]
+    subprocess.run([sys.executable, str(script), str(path), *steps], check=True)
     return path
 
 
@@ -157,7 +169,8 @@ def mitsuba_mesh(
 
 def print_row(row: results.Row) -> None:
     """Print the seconds of each program."""
-    print(f"{row['triangles']:,} triangles, {row['tree_rays']:,} + {row['shadow_rays']:,} rays")
+    ball = "an exact ball" if row["ball"] == "exact" else "the ball among them"
+    print(f"{row['triangles']:,} triangles, {ball}, {row['tree_rays']:,} + {row['shadow_rays']:,} rays")
     for name, seconds in row["seconds"].items():
         print(f"  {name:<10}{spread(seconds)}")
     print(

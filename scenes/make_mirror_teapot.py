@@ -4,6 +4,7 @@
 
     python scenes/make_mirror_teapot.py                              # rewrites scenes/mirror_teapot.usda
     python scenes/make_mirror_teapot.py big.usdc --segments 125      # a million triangles
+    python scenes/make_mirror_teapot.py mesh.usdc --ball-segments 48 # the ball of triangles as well
 
 Mirror and teapot have no diffuse term, so that a ray tree of depth 1 shows only their ambient shade and each further
 level adds one more reflection, as in the lecture's series of pictures.
@@ -12,6 +13,7 @@ level adds one more reflection, as in the lecture's series of pictures.
 from __future__ import annotations
 
 import argparse
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -75,11 +77,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", nargs="?", type=Path, default=Path(__file__).with_name("mirror_teapot.usda"))
     parser.add_argument("--segments", type=int, default=12, help="steps along a side of each teapot patch")
+    parser.add_argument("--ball-segments", type=int, default=0, help="steps from pole to pole; 0: a Sphere (default)")
     arguments = parser.parse_args()
-    write_stage(arguments.output, arguments.segments)
+    write_stage(arguments.output, arguments.segments, arguments.ball_segments)
 
 
-def write_stage(path: Path, segments: int) -> None:
+def write_stage(path: Path, segments: int, ball_segments: int) -> None:
     """Write the whole stage to ``path`` (.usda or .usdc), over whatever is there."""
     path.unlink(missing_ok=True)
     stage = Usd.Stage.CreateNew(str(path))
@@ -94,7 +97,7 @@ def write_stage(path: Path, segments: int) -> None:
     define_floor(stage)
     define_mirror(stage)
     define_teapot(stage, segments)
-    define_ball(stage)
+    define_ball(stage, ball_segments)
     define_lights(stage)
     define_camera(stage)
     stage.GetRootLayer().Save()
@@ -183,13 +186,34 @@ def define_teapot(stage: Usd.Stage, segments: int) -> None:
     mesh.AddScaleOp().Set(Gf.Vec3f(0.95))
 
 
-def define_ball(stage: Usd.Stage) -> None:
-    """Define the glass ball, resting on the floor."""
-    ball = UsdGeom.Sphere.Define(stage, "/World/Ball")
-    ball.CreateRadiusAttr(1.0)
-    ball.CreateExtentAttr([(-1, -1, -1), (1, 1, 1)])
+def define_ball(stage: Usd.Stage, segments: int) -> None:
+    """Define the glass ball, resting on the floor: a Sphere, or a mesh of so many steps from pole to pole."""
+    if segments:
+        points, polygons = tessellate_ball(segments)
+        ball = define_mesh(stage, "/World/Ball", points, polygons, "Glass", normals=points)
+    else:
+        ball = UsdGeom.Sphere.Define(stage, "/World/Ball")
+        ball.CreateRadiusAttr(1.0)
+        ball.CreateExtentAttr([(-1, -1, -1), (1, 1, 1)])
+        bind(stage, ball.GetPrim(), "Glass")
     ball.AddTranslateOp().Set(Gf.Vec3d(2.6, -2.2, 1.0))
-    bind(stage, ball.GetPrim(), "Glass")
+
+
+def tessellate_ball(segments: int) -> tuple[np.ndarray, list[list[int]]]:
+    """Return the vertices of a unit ball and its quads, triangles at the poles: 2 ``segments`` of them around."""
+    around = 2 * segments
+    polar, azimuth = np.meshgrid(
+        np.arange(1, segments) * (np.pi / segments), np.arange(around) * (np.pi / segments), indexing="ij"
+    )
+    rings = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
+    points = np.concatenate([[[0, 0, 1]], rings.reshape(-1, 3), [[0, 0, -1]]])
+    ends = [(k, (k + 1) % around) for k in range(around)]
+    starts = range(1, len(points) - 1, around)
+    polygons = [[0, starts[0] + k, starts[0] + n] for k, n in ends]
+    for upper, lower in pairwise(starts):
+        polygons += [[upper + k, lower + k, lower + n, upper + n] for k, n in ends]
+    polygons += [[starts[-1] + k, len(points) - 1, starts[-1] + n] for k, n in ends]
+    return points, polygons
 
 
 def define_lights(stage: Usd.Stage) -> None:
