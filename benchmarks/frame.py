@@ -6,9 +6,9 @@
     python -m benchmarks frame --triangles 10000 --ball triangles
 
 The scene is scenes/mirror_teapot.usda at the wanted tessellation, its ball an exact one or of triangles as well,
-1024 x 768, depth 7, threshold 0, one sample a pixel. warp_rt and POV-Ray take one thread each and trace the same rays. Mitsuba's path tracer does not: it follows one
-path a pixel and one light a hit, so that its figure is no more than a neighbour's. Loading, parsing, building and
-compiling are left out on all sides. Needs ``povray``.
+1024 x 768, depth 7, threshold 0, one sample a pixel. warp_rt and POV-Ray take one thread each and trace the same rays.
+Mitsuba's path tracer does not: it follows one path a pixel and one light a hit, so that its figure is no more than a
+neighbour's. Loading, parsing, building and compiling are left out on all sides. Needs ``povray``.
 """
 
 from __future__ import annotations

@@ -51,29 +51,36 @@ def correct_hit(hit: wp.ref[Hit], triangle: wp.ref[Triangle], offset: wp.vec3, d
 
 @wp.func
 def surface_on_line(
-    scene: wp.ref[SceneData], hit: wp.ref[Hit], origin: wp.vec3, offset: wp.vec3, direction: wp.vec3
-) -> Surface:
-    """Return the surface point where the line that a ray is meant to follow meets what its search has found.
+    scene: wp.ref[SceneData],
+    found: wp.ref[Hit],
+    origin: wp.vec3,
+    offset: wp.vec3,
+    direction: wp.vec3,
+    s: wp.ref[Surface],
+) -> float:
+    """Write the surface point where the line that a ray is meant to follow meets what its search has found.
 
-    On shapes ``place_on_shape`` finds it by itself.
+    Returns the distance to it along that line. On shapes ``place_on_shape`` finds it by itself.
 
     Args:
         scene: Shading data.
-        hit: As the search found it; its t, u and v become those of the line.
+        found: The hit.
         origin: Where the search began, world space.
         offset: From the point that the ray leaves to there.
         direction: Of the ray, unit, world space.
+        s: Output.
     """
+    hit = found
     placed = scene.instances[hit.instance]
     mesh = scene.meshes[placed.mesh]
     left = origin - offset
     if mesh.kind != TRIANGLES:
-        s = begin_surface(scene, placed, mesh, hit)
+        begin_surface(scene, placed, mesh, hit, s)
         place_on_shape(scene, placed, mesh, hit.t, left, direction, s)
-        return s
+        return hit.t
     triangle = load_triangle(scene, placed.mesh, hit.triangle)
     local_direction = transform_vector(placed.local_from_world, direction)
     correct_hit(hit, triangle, transform_vector(placed.local_from_world, offset), local_direction)
-    s = begin_surface(scene, placed, mesh, hit)
+    begin_surface(scene, placed, mesh, hit, s)
     place_on_triangle(scene, placed, triangle, hit.t, left, local_direction, s)
-    return s
+    return hit.t

@@ -260,6 +260,8 @@ def visit_node(
     frame: wp.ref[FrameData],
     task: wp.ref[RayTask],
     hit: wp.ref[Hit],
+    surface: wp.ref[Surface],
+    distance: float,
     tasks: wp.array[RayTask],
     slot: int,
     sample: int,
@@ -279,6 +281,8 @@ def visit_node(
         frame: Terms of the tree.
         task: The node's ray. Where only part of a surface is there, its coefficient and weight become that part's.
         hit: The first surface on its way; becomes that of a light which stands before it.
+        surface: Where that is.
+        distance: To there.
         tasks: Stack to which children are pushed.
         slot: Its top.
         sample: Number of the eye ray among those of its pixel.
@@ -306,15 +310,14 @@ def visit_node(
         if task.depth == 1:
             eye.alpha += task.weight * behind_alpha
         return behind, top
-    surface = surface_on_line(scene, hit, task.origin, task.offset, task.direction)
-    track_hit(scene, surface, task, hit.t, features)
+    track_hit(scene, surface, task, distance, features)
     shading = eval_material(scene, surface, -task.direction, task.leaked, features)
     if not is_seen(scene, hit.instance, task.depth, features):
         shading.presence = 0.0
     tell_surface(observer, scene, surface, shading)
     holds_out = is_held_out(scene, hit.instance, task.depth, features)
     if task.depth == 1:
-        eye.travelled += hit.t
+        eye.travelled += distance
         if not holds_out:
             eye.alpha += task.weight * shading.presence
         if first.instance < 0 and shading.presence > 0.0:
@@ -393,6 +396,7 @@ def trace_tree(
     eye = EyePath()
     eye.reach = ray.reach
     shadows = AtOnce()
+    surface = Surface()
     color = wp.vec3(0.0, 0.0, 0.0)
     tasks[0] = eye_task(scene, frame, ray, key, features)
     tell_eye(observer)
@@ -403,12 +407,17 @@ def trace_tree(
         hit = closest_hit_from(
             accel, task.origin, task.direction, task.reach, task.from_instance, task.from_triangle, stack, observer
         )
+        distance = float(0.0)
+        if hit.instance >= 0:
+            distance = surface_on_line(scene, hit, task.origin, task.offset, task.direction, surface)
         value, top = visit_node(
             scene,
             accel,
             frame,
             task,
             hit,
+            surface,
+            distance,
             tasks,
             top - 1,
             sample,

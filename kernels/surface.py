@@ -251,7 +251,8 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
     """Return the surface point where a ray, in world space, hits a triangle, or a shape, of an instance."""
     placed = scene.instances[hit.instance]
     mesh = scene.meshes[placed.mesh]
-    s = begin_surface(scene, placed, mesh, hit)
+    s = Surface()
+    begin_surface(scene, placed, mesh, hit, s)
     if mesh.kind != TRIANGLES:
         place_on_shape(scene, placed, mesh, hit.t, ray_origin, ray_direction, s)
         return s
@@ -263,10 +264,13 @@ def make_surface(scene: wp.ref[SceneData], hit: wp.ref[Hit], ray_origin: wp.vec3
 
 @wp.func
 def begin_surface(
-    scene: wp.ref[SceneData], placed: wp.ref[InstanceData], mesh: wp.ref[MeshData], hit: wp.ref[Hit]
-) -> Surface:
-    """Return a surface point of which only that is known which a hit says by itself."""
-    s = Surface()
+    scene: wp.ref[SceneData],
+    placed: wp.ref[InstanceData],
+    mesh: wp.ref[MeshData],
+    hit: wp.ref[Hit],
+    s: wp.ref[Surface],
+):
+    """Write of a surface point what a hit says by itself."""
     s.instance = hit.instance
     s.triangle = hit.triangle
     s.mesh = placed.mesh
@@ -276,7 +280,6 @@ def begin_surface(
     if mesh.slot_offset >= 0:
         slot = scene.material_slots[mesh.slot_offset + hit.triangle]
     s.material = scene.material_table[placed.material_offset + slot]
-    return s
 
 
 @wp.func

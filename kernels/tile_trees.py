@@ -17,6 +17,8 @@ from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import GROUP, TILE_PIXELS, TRIANGLES
 from .features import Features
+from .group_surfaces import find_surfaces, surface_in_group
+from .line_hit import surface_on_line
 from .list_rays import gather_tasks, list_tasks
 from .observer import Unobserved
 from .per_type import per_type
@@ -25,6 +27,7 @@ from .ray_tree import EyePath, eye_task, visit_node
 from .sampling import pixel_key
 from .shadow_queue import ShadowQueue, close_sum, open_queue, settle
 from .structs import FilmData, FrameData, RayTask, SceneData
+from .surface import Surface
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -82,6 +85,8 @@ class TileTrees:
     order: wp.array[wp.int32]
     ends: wp.array[wp.int32]
     group: RayGroup
+    surfaces: wp.array[float]
+    """What the group has met, SURFACE_FLOATS long."""
     walk: wp.array[RayTask]
     """A task stack, ``task_capacity`` long."""
     path: wp.array[wp.int32]
@@ -196,6 +201,7 @@ def grow_level(
 ) -> int:
     """Trace and shade the rays ``begin`` to ``end`` of a level; return where the next level, which follows, ends."""
     nobody = Unobserved()
+    surface = Surface()
     top = int(end)
     list_tasks(trees.tasks, begin, end - begin, trees.keys, trees.order, trees.ends)
     start = int(0)
@@ -204,6 +210,7 @@ def grow_level(
             size = wp.min(GROUP, trees.ends[octant] - start)
             if octant < 8:
                 trace_tasks(accel, trees.group, trees.tasks, trees.order, start, size)
+                find_surfaces(scene, accel, trees.group, trees.tasks, trees.order, start, size, trees.surfaces)
             for index in range(size):
                 node = trees.order[start + index]
                 trees.nodes[node].children = -1
@@ -211,6 +218,9 @@ def grow_level(
                     if octant == 8:
                         trees.group.words[index] = -1
                     hit = group_hit(accel, trees.group, index, trees.tasks[node].reach)
+                    distance = float(0.0)
+                    if hit.triangle >= 0:
+                        distance = surface_in_group(scene, hit, trees.tasks[node], trees.surfaces, index, surface)
                     root = trees.nodes[node].pixel
                     trees.shadows.node = node
                     trees.shadows.values[node] = wp.vec3(0.0, 0.0, 0.0)
@@ -220,6 +230,8 @@ def grow_level(
                         frame,
                         trees.tasks[node],
                         hit,
+                        surface,
+                        distance,
                         trees.tasks,
                         top,
                         sample,
@@ -259,6 +271,7 @@ def walk_branch(
 ) -> wp.vec3:
     """Return ``sum`` and what a node that waits and all nodes below it add, walked as ``trace_tree`` does it."""
     nobody = Unobserved()
+    surface = Surface()
     color = sum
     root = trees.nodes[node].pixel
     walked = trees.tasks.shape[0]  # its place among the values of nodes
@@ -278,12 +291,17 @@ def walk_branch(
             nobody,
         )
         trees.shadows.values[walked] = wp.vec3(0.0, 0.0, 0.0)
+        distance = float(0.0)
+        if hit.instance >= 0:
+            distance = surface_on_line(scene, hit, task.origin, task.offset, task.direction, surface)
         value, top = visit_node(
             scene,
             accel,
             frame,
             task,
             hit,
+            surface,
+            distance,
             trees.walk,
             top - 1,
             sample,

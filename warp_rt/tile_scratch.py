@@ -10,6 +10,7 @@ import warp as wp
 
 from warp_rt.accel import Accel
 from warp_rt.kernels.constants import PASS_LIMIT, SHADOW_RAYS, TILE_NODES, TILE_PIXELS
+from warp_rt.kernels.group_surfaces import SURFACE_FLOATS
 from warp_rt.kernels.ray_tree import task_capacity
 from warp_rt.kernels.shadow_queue import ShadowQueue
 from warp_rt.kernels.structs import RayTask, ShadowRay
@@ -35,6 +36,7 @@ def make_tile_trees(
     trees.shadows = _make_queue(accel, nodes + 1, shadow_rays)
     trees.keys, trees.order, trees.ends = _empty(nodes, int), _empty(nodes, int), _empty(9, int)
     trees.group = make_ray_group(accel)
+    trees.surfaces = _empty(SURFACE_FLOATS, float)
     capacity = task_capacity(depth, int(PASS_LIMIT))
     trees.walk, trees.path = _empty(capacity, RayTask), _empty(capacity, int)
     return trees

@@ -1,0 +1,294 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the rays of a group meet triangles: the surface points of sixteen hits at a time, by vectors.
+
+``line_hit.surface_on_line`` says what is computed, operation by operation in the same order, so that a surface has the
+same bits whether its ray came alone or in a group. Triangles are read hit by hit, one's memory being waited for beside
+the others'.
+"""
+
+import warp as wp
+
+from .bvh_group import RayGroup
+from .bvh_structs import AccelData, Hit
+from .constants import DIRECTION_ROW, GREAT_TRIANGLE, GROUP, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
+from .line_hit import surface_on_line
+from .native import spell_out
+from .ray_group import group_vector
+from .structs import RayTask, SceneData
+from .surface import NORMALS_SLOT, Surface, begin_surface
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+POSITION_ROW = wp.constant(0)
+"""Rows of GROUP numbers in which surfaces stand: three each of vectors."""
+GEOMETRIC_ROW = wp.constant(3)
+SHADING_ROW = wp.constant(6)
+CLEARANCE_ROW = wp.constant(9)
+U_ROW = wp.constant(10)
+V_ROW = wp.constant(11)
+T_ROW = wp.constant(12)
+SURFACE_FLOATS = wp.constant(13 * int(GROUP))
+
+NUMBERS = r"""
+#if defined(__CUDA_ARCH__) || !defined(__clang__)
+    enum { LANES = 1 };
+    typedef float number;
+    typedef float number_load;
+#define WARP_RT_ABS(x) wp::abs(x)
+#define WARP_RT_SQRT(x) wp::sqrt(x)
+#else
+#pragma clang fp contract(off)
+    enum { LANES = 16 };
+    typedef float number __attribute__((ext_vector_type(16)));
+    typedef float number_load __attribute__((ext_vector_type(16), aligned(4)));
+#define WARP_RT_ABS(x) __builtin_elementwise_abs(x)
+#define WARP_RT_SQRT(x) __builtin_elementwise_sqrt(x)
+#endif
+    typedef wp::vec_t<3, number> vector;
+#define WARP_RT_NUMBER(p) ((number)*(const number_load*)(p))
+#define WARP_RT_VECTOR(p, step) \
+    vector(WARP_RT_NUMBER(p), WARP_RT_NUMBER((p) + (step)), WARP_RT_NUMBER((p) + 2 * (step)))
+#define WARP_RT_KEEP(p, x) (*(number_load*)(p) = (x))
+#define WARP_RT_KEEP_VECTOR(p, step, x) \
+    (WARP_RT_KEEP(p, (x)[0]), WARP_RT_KEEP((p) + (step), (x)[1]), WARP_RT_KEEP((p) + 2 * (step), (x)[2]))
+#define WARP_RT_CHOOSE(test, x, y) ((test) ? (x) : (y))
+#define WARP_RT_GREATER(a, b) WARP_RT_CHOOSE((a) > (b), a, b)
+"""
+"""At the beginning of a block of a native function: ``number`` is a float on a GPU and sixteen on a CPU, ``vector``
+three of them, for which Warp's own operators stand in the order of Warp's own code."""
+
+_SURFACES = (
+    "{\n"
+    + NUMBERS
+    + r"""
+    const auto largest = [](const vector& v) {
+        const number x = WARP_RT_ABS(v[0]), y = WARP_RT_ABS(v[1]), z = WARP_RT_ABS(v[2]), yz = WARP_RT_GREATER(y, z);
+        return (number)WARP_RT_GREATER(x, yz);
+    };
+    const auto magnitudes = [](const vector& v) {
+        return vector(WARP_RT_ABS(v[0]), WARP_RT_ABS(v[1]), WARP_RT_ABS(v[2]));
+    };
+    const auto chosen = [](auto test, const vector& x, const vector& y) {
+        return vector(test ? x[0] : y[0], test ? x[1] : y[1], test ? x[2] : y[2]);
+    };
+    const float* lines = (const float*)group.rays.data;
+    float* rows = (float*)surfaces.data;
+    for (int block = 0; block < count; block += LANES) {
+        float read[22][LANES] = {};
+        decltype(scene.instances.data) instances[LANES], first = nullptr;
+        bool is_alone = true;
+        for (int lane = 0; lane < LANES; ++lane) {
+            const int index = block + lane, word = index < count ? group.words.data[index] : -1;
+            instances[lane] = first;
+            if (word < 0)
+                continue;
+            const auto& record = accel.instances.data[group.records.data[index]];
+            if ((int)record.kind != TRIANGLES)
+                continue;
+            auto& instance = scene.instances.data[record.instance];
+            const auto& mesh = scene.meshes.data[instance.mesh];
+            const int triangle = ((const int*)accel.leaves.data)[word];
+            const auto& corners = scene.corners.data[mesh.triangle_offset + triangle];
+            const auto& offset = tasks.data[order.data[start + index]].offset;
+            const auto& normals = scene.primvars.data[instance.mesh * scene.primvar_count + NORMALS_SLOT];
+            for (int axis = 0; axis < 3; ++axis)
+                read[9 + axis][lane] = offset[axis];
+            for (int k = 0; k < 3; ++k)
+                for (int axis = 0; axis < 3; ++axis)
+                    read[3 * k + axis][lane] = scene.points.data[mesh.point_offset + corners[k]][axis];
+            if (normals.component_count > 0) {
+                read[21][lane] = 1.0f;
+                for (int k = 0; k < 3; ++k) {
+                    const int row = normals.corner_offset < 0 ? 0
+                        : scene.corners.data[normals.corner_offset + triangle][k];
+                    for (int axis = 0; axis < 3 && axis < normals.component_count; ++axis)
+                        read[12 + 3 * k + axis][lane]
+                            = scene.primvar_values.data[normals.value_offset + row * normals.component_count + axis];
+                }
+            }
+            first = first ? first : &instance;
+            is_alone &= first == &instance;
+            instances[lane] = &instance;
+        }
+        if (!first)
+            continue;
+        number placed[24];
+        for (int k = 0; k < 24; ++k)
+            placed[k] = (number)((const float*)first)[k];
+        if (!is_alone)
+            for (int k = 0; k < 24; ++k) {
+                float each[LANES];
+                for (int lane = 0; lane < LANES; ++lane)
+                    each[lane] = ((const float*)(instances[lane] ? instances[lane] : first))[k];
+                placed[k] = WARP_RT_NUMBER(each);
+            }
+        const number *world = placed, *local = placed + 12;
+        const auto to_local = [&](const vector& v) {
+            return vector(local[0] * v[0] + local[1] * v[1] + local[2] * v[2],
+                local[4] * v[0] + local[5] * v[1] + local[6] * v[2],
+                local[8] * v[0] + local[9] * v[1] + local[10] * v[2]);
+        };
+        const auto to_place = [](const number* m, const vector& p) {
+            return vector(m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
+                m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7], m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]);
+        };
+        const auto to_world_normal = [&](const vector& n) {
+            return vector(local[0] * n[0] + local[4] * n[1] + local[8] * n[2],
+                local[1] * n[0] + local[5] * n[1] + local[9] * n[2],
+                local[2] * n[0] + local[6] * n[1] + local[10] * n[2]);
+        };
+
+        // load_triangle
+        const vector p0 = WARP_RT_VECTOR(read[0], LANES), p1 = WARP_RT_VECTOR(read[3], LANES);
+        const vector p2 = WARP_RT_VECTOR(read[6], LANES), offset = WARP_RT_VECTOR(read[9], LANES);
+        const vector side1 = sub(p1, p0), side2 = sub(p2, p0);
+        const number size1 = largest(side1), size2 = largest(side2), size12 = WARP_RT_GREATER(size1, size2);
+        const number size = WARP_RT_GREATER(size12, (number)1.0e-30f);
+        const vector e1 = div(side1, size), e2 = div(side2, size), across = cross(e1, e2);
+
+        // correct_hit
+        const vector world_direction = WARP_RT_VECTOR(lines + DIRECTION_ROW * GROUP + block, GROUP);
+        const vector direction = to_local(world_direction), local_offset = to_local(offset);
+        const number found_t = WARP_RT_NUMBER((const float*)group.ends.data + block);
+        const number found_u = WARP_RT_NUMBER((const float*)group.u.data + block);
+        const number found_v = WARP_RT_NUMBER((const float*)group.v.data + block);
+        const number facing = dot(across, direction), shift = dot(across, local_offset);
+        const auto is_moved = WARP_RT_ABS(shift) < 0.5f * found_t * WARP_RT_ABS(facing);
+        const number dt = shift / facing;
+        const vector moved = div(sub(mul(direction, dt), local_offset), size);
+        const number scale = 1.0f / dot(across, across);
+        const number moved_u = found_u + dot(cross(moved, e2), across) * scale;
+        const number positive_u = WARP_RT_CHOOSE(moved_u > 0.0f, moved_u, (number)0.0f);
+        const number u = WARP_RT_CHOOSE(is_moved, WARP_RT_CHOOSE(positive_u < 1.0f, positive_u, (number)1.0f), found_u);
+        const number moved_v = found_v + dot(cross(e1, moved), across) * scale;
+        const number positive_v = WARP_RT_CHOOSE(moved_v > 0.0f, moved_v, (number)0.0f), rest = 1.0f - u;
+        const number v = WARP_RT_CHOOSE(is_moved, WARP_RT_CHOOSE(positive_v < rest, positive_v, rest), found_v);
+        const number t = WARP_RT_CHOOSE(is_moved, found_t + dt, found_t);
+
+        // place_on_triangle
+        const number length = WARP_RT_SQRT(dot(across, across));
+        const vector nothing = vector((number)0.0f), n_local = chosen(length > 0.0f, div(across, length), nothing);
+        const vector n_world = to_world_normal(n_local);
+        const number world_length = WARP_RT_SQRT(dot(n_world, n_world));
+        const number plane_scale = 1.0f / WARP_RT_GREATER(world_length, (number)1.0e-30f);
+        const vector n_geometric = mul(n_world, plane_scale);
+        const number w = 1.0f - u - v;
+        const vector weighted = add(add(mul(p0, w), mul(p1, u)), mul(p2, v));
+        const vector m0 = magnitudes(p0), m1 = magnitudes(p1), m2 = magnitudes(p2);
+        const vector weighted_sums = add(add(mul(m0, w), mul(m1, u)), mul(m2, v));
+        const number size_p0 = largest(p0), size_p1 = largest(p1), size_p2 = largest(p2);
+        const number size_p01 = WARP_RT_GREATER(size_p0, size_p1), corners = WARP_RT_GREATER(size_p01, size_p2);
+        const vector left = sub(WARP_RT_VECTOR(lines + block, GROUP), offset), origin = to_place(local, left);
+        const vector along_ray = add(magnitudes(origin), mul(magnitudes(direction), t));
+        const number slope = dot(n_local, direction);
+        const auto is_great = (largest(weighted) < GREAT_TRIANGLE * corners)
+            & (largest(along_ray) < GREAT_TRIANGLE * corners) & (slope != 0.0f);
+        const vector on_ray = add(origin, mul(direction, dot(n_local, sub(p0, origin)) / slope));
+        const vector sums = chosen(is_great, add(along_ray, m0), weighted_sums);
+        const vector position = to_place(world, chosen(is_great, on_ray, weighted));
+
+        // spawn_clearance
+        const vector back = add(magnitudes(position), magnitudes(vector(world[3], world[7], world[11])));
+        vector way_back;
+        for (int axis = 0; axis < 3; ++axis)
+            way_back[axis] = WARP_RT_ABS(local[4 * axis]) * back[0] + WARP_RT_ABS(local[4 * axis + 1]) * back[1]
+                + WARP_RT_ABS(local[4 * axis + 2]) * back[2];
+        const number rounding
+            = dot(magnitudes(n_local), add(sums, way_back)) * SPAWN_OFFSET + corners * SPAWN_OFFSET_MIN;
+
+        // eval_normals
+        const vector n0 = WARP_RT_VECTOR(read[12], LANES), n1 = WARP_RT_VECTOR(read[15], LANES);
+        const vector n2 = WARP_RT_VECTOR(read[18], LANES);
+        const vector n = to_world_normal(add(add(mul(n0, 1.0f - (u + v)), mul(n1, u)), mul(n2, v)));
+        const number n_length = WARP_RT_SQRT(dot(n, n));
+        const auto is_smooth = (n_length > 0.0f) & (WARP_RT_NUMBER(read[21]) > 0.0f);
+
+        WARP_RT_KEEP_VECTOR(rows + POSITION_ROW * GROUP + block, GROUP, position);
+        WARP_RT_KEEP_VECTOR(rows + GEOMETRIC_ROW * GROUP + block, GROUP, n_geometric);
+        const vector n_shading = chosen(is_smooth, div(n, n_length), n_geometric);
+        WARP_RT_KEEP_VECTOR(rows + SHADING_ROW * GROUP + block, GROUP, n_shading);
+        WARP_RT_KEEP(rows + CLEARANCE_ROW * GROUP + block, plane_scale * rounding);
+        WARP_RT_KEEP(rows + U_ROW * GROUP + block, u);
+        WARP_RT_KEEP(rows + V_ROW * GROUP + block, v);
+        WARP_RT_KEEP(rows + T_ROW * GROUP + block, t);
+    }
+}
+"""
+)
+_SURFACES = spell_out(
+    _SURFACES,
+    GROUP=GROUP,
+    DIRECTION_ROW=DIRECTION_ROW,
+    TRIANGLES=TRIANGLES,
+    NORMALS_SLOT=NORMALS_SLOT,
+    GREAT_TRIANGLE=GREAT_TRIANGLE,
+    SPAWN_OFFSET=SPAWN_OFFSET,
+    SPAWN_OFFSET_MIN=SPAWN_OFFSET_MIN,
+    POSITION_ROW=POSITION_ROW,
+    GEOMETRIC_ROW=GEOMETRIC_ROW,
+    SHADING_ROW=SHADING_ROW,
+    CLEARANCE_ROW=CLEARANCE_ROW,
+    U_ROW=U_ROW,
+    V_ROW=V_ROW,
+    T_ROW=T_ROW,
+)
+
+
+@wp.func_native(_SURFACES)
+def find_surfaces(
+    scene: wp.ref[SceneData],
+    accel: wp.ref[AccelData],
+    group: wp.ref[RayGroup],
+    tasks: wp.array[RayTask],
+    order: wp.array[int],
+    start: int,
+    count: int,
+    surfaces: wp.array[float],
+):
+    """Write where the lines that rays are meant to follow meet the triangles that their search has found.
+
+    Args:
+        scene: Shading data.
+        accel: Hierarchies.
+        group: The rays, with their closest hits.
+        tasks: Those that have been gathered to the group.
+        order: Which they are, from ``start`` on.
+        start: Position of the first.
+        count: How many.
+        surfaces: Output, SURFACE_FLOATS long; of rays that have met no triangle it means nothing.
+    """
+    ...
+
+
+@wp.func
+def surface_in_group(
+    scene: wp.ref[SceneData],
+    found: wp.ref[Hit],
+    task: wp.ref[RayTask],
+    surfaces: wp.array[float],
+    index: int,
+    s: wp.ref[Surface],
+) -> float:
+    """Write and return what ``surface_on_line`` does for a ray of a group, after ``find_surfaces``.
+
+    Args:
+        scene: Shading data.
+        found: Its hit.
+        task: The ray.
+        surfaces: As written.
+        index: Of the ray in its group.
+        s: Output.
+    """
+    placed = scene.instances[found.instance]
+    mesh = scene.meshes[placed.mesh]
+    if mesh.kind != TRIANGLES:
+        return surface_on_line(scene, found, task.origin, task.offset, task.direction, s)
+    begin_surface(scene, placed, mesh, found, s)
+    s.u = surfaces[U_ROW * GROUP + index]
+    s.v = surfaces[V_ROW * GROUP + index]
+    s.position = group_vector(surfaces, POSITION_ROW * GROUP + index, GROUP)
+    s.n_geometric = group_vector(surfaces, GEOMETRIC_ROW * GROUP + index, GROUP)
+    s.n_shading = group_vector(surfaces, SHADING_ROW * GROUP + index, GROUP)
+    s.clearance = surfaces[CLEARANCE_ROW * GROUP + index]
+    return surfaces[T_ROW * GROUP + index]
