@@ -119,19 +119,25 @@ def pair_neighbors(clusters: wp.array[Cluster], capacity: int, first: int, neare
             nearest_out[i] = j
 
 
+@wp.func
+def are_nearest(nearest: wp.array[int], i: int, j: int) -> bool:
+    """Return whether a cluster and its nearest one (-1: it has none) are each other's."""
+    if j < 0:
+        return False
+    return nearest[j] == i
+
+
 @wp.kernel
 def mark_pairs(nearest: wp.array[int], first: int, marks_out: wp.array[wp.vec3i]):
     """Write of a cluster if it stays, if it is joined with a later one, and if it has a nearest one: 0 or 1 each."""
     i = first + wp.tid()
     j = nearest[i]
-    mark = wp.vec3i(1, 0, 0)
-    if j >= 0:
-        mark[2] = 1
-        if nearest[j] == i:
-            if i < j:
-                mark[1] = 1
-            else:
-                mark[0] = 0
+    mark = wp.vec3i(1, 0, 1 if j >= 0 else 0)
+    if are_nearest(nearest, i, j):
+        if i < j:
+            mark[1] = 1
+        else:
+            mark[0] = 0
     marks_out[i] = mark
 
 
@@ -161,10 +167,7 @@ def join_packets(
     """
     i = first + wp.tid()
     j = nearest[i]
-    is_pair = bool(False)
-    if j >= 0:
-        is_pair = nearest[j] == i
-    if not is_pair:
+    if not are_nearest(nearest, i, j):
         clusters_out[marks[i][0] - 1] = clusters[i]
     elif i < j:
         clusters_out[marks[i][0] - 1] = join(clusters, i, j)
@@ -220,10 +223,7 @@ def join_nodes(
     """
     i = first + wp.tid()
     j = nearest[i]
-    is_pair = bool(False)
-    if j >= 0:
-        is_pair = nearest[j] == i
-    if not is_pair:
+    if not are_nearest(nearest, i, j):
         clusters_out[marks[i][0] - 1] = clusters[i]
     elif i < j:
         at = slot + marks[i][1] - 1

@@ -113,6 +113,9 @@ CLUSTER_CELLS = wp.constant(32)
 BUILD_STACK = wp.constant(64)
 """Pending ranges of a builder. It visits the smaller half first, so 2 + log2(2^31) entries are enough."""
 
+REINSERTION_STACK = wp.constant(64)
+"""Subtrees that a search for a better place has yet to look at, one a level: what lies deeper is not looked at."""
+
 MIN_EXTENT = wp.constant(1.0e-30)
 """Extent of doubled centroids along an axis up to which the axis cannot be split: its inverse must stay finite."""
 

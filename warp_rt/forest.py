@@ -22,16 +22,22 @@ from warp_rt.kernels import (
     bvh_linear,
     bvh_ploc,
     bvh_references,
+    bvh_reinsert,
 )
 from warp_rt.kernels.bvh_structs import BuildRange, Reference
 from warp_rt.kernels.constants import LEAF_FLOATS, WIDTH
 from warp_rt.morton_trees import build_clustered_trees, build_linear_trees
 from warp_rt.placement import Placement, blocks
+from warp_rt.reinsertion import reinsert_subtrees
 
 _TOP_DOWN = {"sah": bvh_build.SAH, "median": bvh_build.MEDIAN, "midpoint": bvh_build.MIDPOINT}
 _PARALLEL = {"lbvh": build_linear_trees, "ploc": build_clustered_trees}
 _SPLITTING = (bvh_build, bvh_clusters)
-BUILDER_MODULES = dict.fromkeys(_TOP_DOWN, _SPLITTING) | {"lbvh": (bvh_linear,), "ploc": (bvh_linear, bvh_ploc)}
+BUILDER_MODULES = dict.fromkeys(_TOP_DOWN, _SPLITTING) | {
+    "sah": (*_SPLITTING, bvh_reinsert),
+    "lbvh": (bvh_linear,),
+    "ploc": (bvh_linear, bvh_ploc),
+}
 """Kernel files of each builder, besides those that all have in common."""
 
 
@@ -166,6 +172,9 @@ def build_forest(
         LimitError: The arrays would have more elements than 32-bit indices reach.
     """
     trees, roots = build_binary_trees(references, leaf_size=leaf_size, builder=builder, executor=executor)
+    # Trees over instances, whose leaves hold one, win nothing by it.
+    if builder == "sah" and references.counts.max() > leaf_size > 1:
+        reinsert_subtrees(trees, roots, executor)
     return collapse_forest(trees, roots, node_offset, executor)
 
 

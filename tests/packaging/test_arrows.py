@@ -41,6 +41,7 @@ PARTS = {
             "jobs",
             "binary_trees",
             "morton_trees",
+            "reinsertion",
             "collapse",
             "forest",
             "mesh_trees",

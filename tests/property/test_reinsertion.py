@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Reinsertion beside brute force: the best place of a subtree is the one that no other beats when all are tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warp_rt.jobs import Executor, as_warp, numpy_type
+from warp_rt.kernels.bvh_collapse import evaluate_above
+from warp_rt.kernels.bvh_reinsert import Links, Listing, find_place, list_nodes
+from warp_rt.kernels.bvh_structs import BinaryNode, BinaryTrees
+from warp_rt.kernels.constants import REINSERTION_STACK, WIDTH
+from warp_rt.reinsertion import reinsert_subtrees
+from warp_rt.warp_setup import init_warp
+from warp_rt.workers import Workers
+
+init_warp()
+wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+Tree = int | tuple["Tree", "Tree"]
+"""A leaf, row of the boxes, or two subtrees."""
+
+
+@wp.kernel
+def find_places(nodes: wp.array[BinaryNode], parents: wp.array[int], places: wp.array[int], gains_out: wp.array[float]):
+    stack = wp.zeros(shape=(REINSERTION_STACK,), dtype=int)
+    gains = wp.zeros(shape=(REINSERTION_STACK,), dtype=float)
+    place, gain = find_place(nodes, parents, wp.tid(), stack, gains)
+    places[wp.tid()] = place
+    gains_out[wp.tid()] = gain
+
+
+@dataclass
+class Forest:
+    """Binary trees as kernels take them, a node a slot in preorder."""
+
+    boxes: np.ndarray
+    """float32, shape [n, 2, 3]."""
+    nodes: list[tuple] = field(default_factory=list)
+    subtrees: list[Tree] = field(default_factory=list)
+    """By slot."""
+    roots: list[int] = field(default_factory=list)
+
+    def plant(self, tree: Tree) -> None:
+        self.roots.append(self._add(tree))
+
+    def _add(self, tree: Tree) -> int:
+        slot = len(self.nodes)
+        box = bounds(tree, self.boxes)
+        self.nodes.append(())
+        self.subtrees.append(tree)
+        if isinstance(tree, int):
+            self.nodes[slot] = (box[0], tree, box[1], -1)
+        else:
+            self.nodes[slot] = (box[0], self._add(tree[0]), box[1], self._add(tree[1]))
+        return slot
+
+    def trees(self) -> BinaryTrees:
+        count = len(self.nodes)
+        trees = BinaryTrees()
+        trees.nodes = wp.array(np.array(self.nodes, BinaryNode.numpy_dtype()), dtype=BinaryNode, device="cpu")
+        trees.ids = as_warp(np.arange(len(self.boxes), dtype=np.int32), wp.int32)
+        trees.costs = as_warp(np.zeros((count, int(WIDTH)), np.float32), wp.float32)
+        trees.shares = as_warp(np.zeros((count, int(WIDTH)), np.int8), wp.int8)
+        slots = as_warp(np.arange(count, dtype=np.int32), wp.int32)  # parents come before their children
+        wp.launch(evaluate_above, 1, inputs=[slots], outputs=[trees], device="cpu")
+        return trees
+
+
+def bounds(tree: Tree, boxes: np.ndarray) -> np.ndarray:
+    leaves = boxes[leaves_of(tree)]
+    return np.stack([leaves[:, 0].min(axis=0), leaves[:, 1].max(axis=0)])
+
+
+def leaves_of(tree: Tree) -> list[int]:
+    return [tree] if isinstance(tree, int) else leaves_of(tree[0]) + leaves_of(tree[1])
+
+
+def half_area(box: np.ndarray) -> float:
+    x, y, z = (box[1] - box[0]).astype(float)
+    return x * y + y * z + z * x
+
+
+def inner_area(tree: Tree, boxes: np.ndarray) -> float:
+    """Return half the area of all inner nodes."""
+    if isinstance(tree, int):
+        return 0.0
+    return half_area(bounds(tree, boxes)) + inner_area(tree[0], boxes) + inner_area(tree[1], boxes)
+
+
+def without(tree: Tree, part: Tree) -> Tree:
+    """Return a tree less one of its subtrees, whose sibling takes their parent's place."""
+    if isinstance(tree, int):
+        return tree
+    if part is tree[0]:
+        return tree[1]
+    if part is tree[1]:
+        return tree[0]
+    return without(tree[0], part), without(tree[1], part)
+
+
+def every_insertion(tree: Tree, part: Tree) -> list[Tree]:
+    """Return the trees that come of giving ``part`` each node of a tree as its sibling."""
+    here: list[Tree] = [(tree, part)]
+    if isinstance(tree, int):
+        return here
+    here += [(left, tree[1]) for left in every_insertion(tree[0], part)]
+    return here + [(tree[0], right) for right in every_insertion(tree[1], part)]
+
+
+def random_tree(leaves: list[int], rng: np.random.Generator) -> Tree:
+    """Return a tree of leaves that are split anywhere, as no builder would."""
+    if len(leaves) == 1:
+        return leaves[0]
+    at = int(rng.integers(1, len(leaves)))
+    return random_tree(leaves[:at], rng), random_tree(leaves[at:], rng)
+
+
+def random_boxes(count: int, rng: np.random.Generator, kind: str = "uneven") -> np.ndarray:
+    """Return boxes: float32, shape [n, 2, 3]."""
+    low = rng.uniform(0, 1, (count, 3))
+    size = 10 ** rng.uniform(-2, -0.3, (count, 3))
+    if kind == "points":
+        size = np.zeros_like(size)
+    elif kind == "equal":
+        low, size = np.zeros_like(low), np.ones_like(size)
+    elif kind == "huge":  # areas beyond float32
+        low, size = 1e25 * low, 1e25 * size
+    return np.stack([low, low + size], axis=1).astype(np.float32)
+
+
+def read(trees: BinaryTrees, root: int) -> Tree:
+    """Return a tree that kernels have written."""
+    nodes = trees.nodes.numpy()
+
+    def subtree(slot: int) -> Tree:
+        node = nodes[slot]
+        return int(node["left"]) if node["right"] < 0 else (subtree(node["left"]), subtree(node["right"]))
+
+    return subtree(root)
+
+
+def check_boxes_and_costs(trees: BinaryTrees, root: int, boxes: np.ndarray) -> None:
+    """Each box is the union of its leaves, each cost the least that its children allow (Ylitie et al. 2017)."""
+    nodes, costs = trees.nodes.numpy(), trees.costs.numpy()
+    todo = [root]
+    while todo:
+        slot = todo.pop()
+        node = nodes[slot]
+        box = np.stack([node["low"], node["high"]])
+        if node["right"] < 0:
+            np.testing.assert_array_equal(box, boxes[node["left"]])
+            continue
+        left, right = node["left"], node["right"]
+        np.testing.assert_array_equal(box[0], np.minimum(nodes["low"][left], nodes["low"][right]))
+        np.testing.assert_array_equal(box[1], np.maximum(nodes["high"][left], nodes["high"][right]))
+        lanes = int(WIDTH)
+        shared = [costs[left, k - 1] + costs[right, lanes - k - 1] for k in range(1, lanes)]
+        np.testing.assert_allclose(costs[slot, 0], half_area(box) + min(shared), rtol=1e-6)
+        todo += [left, right]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_place_found_is_the_best_of_all(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    boxes = random_boxes(14, rng)
+    forest = Forest(boxes)
+    forest.plant(random_tree(list(range(14)), rng))
+    trees, count = forest.trees(), len(forest.nodes)
+    links = Links()
+    links.parents = wp.empty(count, dtype=int, device="cpu")
+    links.roots = wp.array(forest.roots, dtype=int, device="cpu")
+    links.is_stale = wp.empty(count, dtype=wp.bool, device="cpu")
+    slots, listing = wp.empty(count, dtype=int, device="cpu"), np.empty(1, numpy_type(Listing))
+    wp.launch(list_nodes, 1, inputs=[trees.nodes, links], outputs=[slots, as_warp(listing, Listing)], device="cpu")
+    tree = forest.subtrees[0]
+    before = inner_area(tree, boxes)
+    assert slots.numpy().tolist() == list(range(count))
+    assert listing["count"][0] == count
+    assert listing["area"][0] == pytest.approx(before, rel=1e-5)
+
+    places, gains = wp.empty(count, dtype=int, device="cpu"), wp.empty(count, dtype=float, device="cpu")
+    wp.launch(find_places, count, inputs=[trees.nodes, links.parents], outputs=[places, gains], device="cpu")
+    found = 0
+    for slot in range(1, count):
+        part = forest.subtrees[slot]
+        rest = without(tree, part)
+        best = before - min(inner_area(other, boxes) for other in every_insertion(rest, part))
+        assert gains.numpy()[slot] == pytest.approx(max(best, 0), abs=1e-5 * before)
+        if places.numpy()[slot] >= 0:
+            found += 1
+            place = forest.subtrees[places.numpy()[slot]]
+            assert not set(leaves_of(place)) <= set(leaves_of(part))
+    assert places.numpy()[0] == -1
+    assert found > 5
+
+
+def test_pairs_that_were_torn_apart_find_each_other() -> None:
+    """Unit cubes at x = 0, 2 and at x = 100, 102, each pair in two halves: half areas 207 of all, 7 of either pair."""
+    low = np.array([[0, 0, 0], [2, 0, 0], [100, 0, 0], [102, 0, 0]], np.float32)
+    forest = Forest(np.stack([low, low + 1], axis=1))
+    forest.plant(((0, 2), (1, 3)))
+    assert inner_area(forest.subtrees[0], forest.boxes) == 207 + 203 + 203
+    trees, roots = forest.trees(), wp.array(forest.roots, dtype=int, device="cpu")
+    reinsert_subtrees(trees, roots, Executor("cpu", Workers(1)))
+    tree = read(trees, int(roots.numpy()[0]))
+    assert not isinstance(tree, int)
+    assert {frozenset(leaves_of(half)) for half in tree} == {frozenset({0, 1}), frozenset({2, 3})}
+    assert inner_area(tree, forest.boxes) == 207 + 7 + 7
+
+
+@pytest.mark.parametrize("kind", ["uneven", "points", "equal", "huge"])
+def test_trees_stay_whole_and_get_no_larger(kind: str) -> None:
+    rng = np.random.default_rng(3)
+    sizes = [1, 2, 3, 40, 300, 1, 120]
+    boxes = random_boxes(sum(sizes), rng, kind)
+    forest = Forest(boxes)
+    first = 0
+    for size in sizes:
+        forest.plant(random_tree(list(range(first, first + size)), rng))
+        first += size
+    planted = [forest.subtrees[root] for root in forest.roots]
+    results = []
+    for threads in (1, 3):
+        trees, roots = forest.trees(), wp.array(forest.roots, dtype=int, device="cpu")
+        reinsert_subtrees(trees, roots, Executor("cpu", Workers(threads)))
+        results.append((trees.nodes.numpy().copy(), roots.numpy().copy()))
+    for a, b in zip(*results, strict=True):
+        np.testing.assert_array_equal(a, b)
+    for root, tree in zip(roots.numpy().tolist(), planted, strict=True):
+        moved = read(trees, root)
+        assert sorted(leaves_of(moved)) == sorted(leaves_of(tree))
+        if kind != "huge":
+            check_boxes_and_costs(trees, root, boxes)
+            assert inner_area(moved, boxes) <= inner_area(tree, boxes) * (1 + 1e-5)
+    if kind == "uneven":  # random trees are far from what can be had
+        assert inner_area(read(trees, int(roots.numpy()[4])), boxes) < 0.6 * inner_area(planted[4], boxes)
