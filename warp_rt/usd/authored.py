@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from pxr import Usd
 
+from warp_rt.usd.questions import get_authored_property_names, get_property_names
+
 _BINDINGS = ("material:binding", "skel:skeleton", "skel:animationSource")
 
 
@@ -37,7 +39,7 @@ class AuthoredReader:
             prim: The prim.
             has_clips: Whether value clips may hold values of the schema's properties that no layer names.
         """
-        names = tuple(prim.GetPropertyNames() if has_clips else prim.GetAuthoredPropertyNames())
+        names = tuple(get_property_names(prim) if has_clips else get_authored_property_names(prim))
         authored = self._known.get(names)
         if authored is None:
             authored = self._known[names] = Authored(

@@ -19,6 +19,7 @@ from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.lod import NO_OVERRIDE, Override, drawn_items, lod_override
 from warp_rt.usd.mesh import INVALID_VALUE
 from warp_rt.usd.primvars import Values, inherited_constants
+from warp_rt.usd.questions import get_filtered_children
 from warp_rt.usd.visibility import hidden_purposes
 
 COMPLEXITY = "warp_rt:complexity"
@@ -34,7 +35,7 @@ _UNUSUAL = Usd.TraverseInstanceProxies(~Usd.PrimIsLoaded | Usd.PrimIsModel | Usd
 
 def has_unusual_children(prim: Usd.Prim) -> bool:
     """Return whether a child of a prim, seen or not, is an instance, a model or not loaded."""
-    return bool(prim.GetFilteredChildren(_UNUSUAL))
+    return bool(get_filtered_children(prim, _UNUSUAL))
 
 
 class Context(NamedTuple):
@@ -77,7 +78,7 @@ class Context(NamedTuple):
 
     def children(self, prim: Usd.Prim) -> Sequence[Usd.Prim]:
         """Return the children of the prim that hands this on that are visited."""
-        children = prim.GetFilteredChildren(self.predicate)
+        children = get_filtered_children(prim, self.predicate)
         if self.lod_items is None:
             return children
         return [child for child in children if child.GetName() in self.lod_items]

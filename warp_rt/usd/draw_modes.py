@@ -27,6 +27,8 @@ from warp_rt.usd.mesh import EMPTY, INVALID_VALUE
 NO_MATRIX = "W132"
 
 MODES = ("default", "inherited", "origin", "bounds", "cards")
+DRAWN_HOW = frozenset(("model:drawMode", "model:cardVisibility"))
+"""Attributes without which a model is drawn as the one above is."""
 LINE_WIDTH = 1 / 100
 """Width of lines by the diagonal of the box; axes span a cube."""
 

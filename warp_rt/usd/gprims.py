@@ -22,6 +22,7 @@ from warp_rt.usd.geometry import read_geometry
 from warp_rt.usd.implicit import Shape, make_shape
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.motion import read_times
+from warp_rt.usd.questions import get_path
 from warp_rt.usd.skinning import Skin
 from warp_rt.usd.sources import MeshSource, Source
 
@@ -115,7 +116,7 @@ class GprimReader:
             has_children: Whether there are prims below it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
-        path = prim.GetPath()
+        path = get_path(prim)
         key = prim.GetPrimInPrototype().GetPath() if context.is_proxy and skin is None else path
         times = (self._time, None)
         if "velocities" in authored.names:

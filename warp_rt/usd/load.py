@@ -52,6 +52,22 @@ NOTHING_DRAWN = "N905"
 _BLOCK = 1 << 14  # instances at a time: what is computed on the way takes little memory
 
 
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """Keep Python's cycle collector from looking through all prims again and again: nothing here makes cycles.
+
+    Around a function, so that it finds what is returned, and no longer what was needed on the way.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+@_without_collector()
 def load_stage(
     path_or_stage: str | os.PathLike[str] | Usd.Stage,
     *,
@@ -93,7 +109,7 @@ def load_stage(
         OptionError: ``time`` makes no sense.
     """
     report = Report()
-    with captured_warnings(report), _without_collector(), _readable(path_or_stage):
+    with captured_warnings(report), _readable(path_or_stage):
         if isinstance(path_or_stage, Usd.Stage):
             stage, source = path_or_stage, path_or_stage.GetRootLayer().realPath
         else:
@@ -181,18 +197,6 @@ def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[Non
         else:
             name = os.fspath(path_or_stage)
         raise SceneError(f"{name}: the file is damaged: it holds text that is not UTF-8") from error
-
-
-@contextmanager
-def _without_collector() -> Iterator[None]:
-    """Keep Python's cycle collector from looking through all prims again and again: nothing here makes cycles."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
 
 
 def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:

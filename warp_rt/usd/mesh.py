@@ -22,6 +22,7 @@ from warp_rt.usd.motion import read_points
 from warp_rt.usd.plain_values import PlainRows, read_plain_values
 from warp_rt.usd.polygons import BAD_TOPOLOGY, Polygons
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
+from warp_rt.usd.questions import get_attribute, get_value
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.sources import MeshSource, Source, report_unreadable
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
@@ -116,7 +117,9 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
         points, skin = pose(points, skin, prim, report)
         source = source._replace(skin=skin)
     holes = _read_holes(prim, len(counts), time, report) if "holeIndices" in authored.names else None
-    scheme = prim.GetAttribute("subdivisionScheme").Get() if "subdivisionScheme" in authored.names else _SCHEMES[0]
+    scheme = _SCHEMES[0]
+    if "subdivisionScheme" in authored.names:
+        scheme = get_value(get_attribute(prim, "subdivisionScheme"))
     if scheme not in _SCHEMES:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
@@ -311,7 +314,7 @@ def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) 
 
 def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> np.ndarray:
     """Return points, shape [n, 3], or integers; of no length where they are absent or, told, of a wrong type."""
-    value = prim.GetAttribute(name).Get(time)
+    value = get_value(get_attribute(prim, name), time)
     if type(value) is _PLAIN_TYPES[name]:
         return np.array(value)
     array = vector_rows(value, 3) if name == "points" else signed_integers(value)

@@ -20,6 +20,7 @@ from warp_rt.usd.arrays import hold_throughout
 from warp_rt.usd.authored import Authored
 from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.primvars import WIDTHS, Elements, is_declared_drawable
+from warp_rt.usd.questions import get_attribute, get_metadata, get_value, has_authored_connections
 from warp_rt.usd.sources import Source
 
 _PRIMVARS = "primvars:"
@@ -105,11 +106,11 @@ def _read(source: Source, has_normals: bool, report: Report) -> PlainValues:
 def _read_normals(prim: Usd.Prim, authored: Authored, time: Usd.TimeCode) -> PlainRows | None:
     if "primvars:normals" in authored.names:  # takes precedence, unless it is blocked
         return None
-    attribute = prim.GetAttribute("normals")
-    value = attribute.Get(time)
+    attribute = get_attribute(prim, "normals")
+    value = get_value(attribute, time)
     if type(value) is not Vt.Vec3fArray:
         return None
-    interpolation = attribute.GetMetadata("interpolation") or UsdGeom.Tokens.vertex
+    interpolation = get_metadata(attribute, "interpolation") or UsdGeom.Tokens.vertex
     return PlainRows("normals", np.array(value), None, str(interpolation))
 
 
@@ -120,8 +121,8 @@ def _read_primvars(
     for name in authored.primvars:
         if name.endswith(_INDICES):
             continue
-        attribute = prim.GetAttribute(name)
-        if attribute.HasAuthoredConnections():
+        attribute = get_attribute(prim, name)
+        if has_authored_connections(attribute):
             return None
         declared = UsdGeom.Primvar(attribute).GetDeclarationInfo()
         if name == "primvars:normals" or not is_declared_drawable(*declared):
@@ -143,7 +144,7 @@ def _read_primvar(
 ) -> PlainRows | None:
     """Return the rows of a primvar, not looked through yet; None where they are not plain."""
     name, value_type, interpolation, _ = declared
-    value = attribute.Get(time)
+    value = get_value(attribute, time)
     width = _COMPONENTS.get(type(value))
     if width is None or width != WIDTHS.get(name, width) or not len(value):
         return None
@@ -152,7 +153,7 @@ def _read_primvar(
     indices = None
     index_name = f"{_PRIMVARS}{name}{_INDICES}"
     if index_name in authored.names:
-        held = prim.GetAttribute(index_name).Get(time)
+        held = get_value(get_attribute(prim, index_name), time)
         if type(held) is not Vt.IntArray:
             return None
         indices = np.array(held)

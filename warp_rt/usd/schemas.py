@@ -11,11 +11,13 @@ from pxr import Usd, UsdGeom, UsdSemantics
 
 from warp_rt.report import Report
 from warp_rt.usd.lights import is_light
+from warp_rt.usd.questions import get_type_info, get_type_name
 
 MOTION_SCALE = "W423"
 IDLE_ATTRIBUTE = "N924"
 
 _LABELS = "SemanticsLabelsAPI:"
+_HEEDED = ("MotionAPI", "VisibilityAPI", "LODOverrideAPI", "LODRootAPI")
 _OF_IMAGEABLES = ("visibility", "purpose")
 _OF_XFORMABLES = ("xformOpOrder",)
 FOREIGN = frozenset((*_OF_XFORMABLES, *_OF_IMAGEABLES))
@@ -29,7 +31,7 @@ class PrimType(NamedTuple):
     info: Usd.PrimTypeInfo
     name: str
     schemas: tuple[str, ...]
-    """Applied ones, those that belong to the type included."""
+    """Those that the walk heeds, of the applied ones and those that belong to the type."""
     is_imageable: bool
     is_xformable: bool
     is_boundable: bool
@@ -45,14 +47,14 @@ class TypeReader:
 
     def read(self, prim: Usd.Prim) -> PrimType:
         """Return the type of a prim."""
-        info, name = prim.GetPrimTypeInfo(), prim.GetTypeName()
+        info, name = get_type_info(prim), get_type_name(prim)
         known = self._latest.get(name)
         if known is not None and known.info == info:
             return known
         found = self._latest[name] = PrimType(
             info,
             name,
-            tuple(prim.GetAppliedSchemas()),
+            tuple(filter(_is_heeded, prim.GetAppliedSchemas())),
             is_imageable=prim.IsA(UsdGeom.Imageable),
             is_xformable=prim.IsA(UsdGeom.Xformable),
             is_boundable=prim.IsA(UsdGeom.Boundable),
@@ -60,6 +62,10 @@ class TypeReader:
             is_light=is_light(prim),
         )
         return found
+
+
+def _is_heeded(schema: str) -> bool:
+    return schema in _HEEDED or schema.startswith(_LABELS)
 
 
 def report_meaningless(

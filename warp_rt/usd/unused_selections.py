@@ -7,6 +7,7 @@ from __future__ import annotations
 from pxr import Usd
 
 from warp_rt.report import Report
+from warp_rt.usd.questions import has_authored_metadata
 
 NO_SUCH_VARIANT = "N925"
 
@@ -18,7 +19,7 @@ def report_unused_selections(prim: Usd.Prim, report: Report) -> None:
 
     An empty selection is one on purpose: of no variant.
     """
-    if not prim.HasAuthoredMetadata(_SELECTION):
+    if not has_authored_metadata(prim, _SELECTION):
         return
     sets = prim.GetVariantSets()
     names = set(sets.GetNames())

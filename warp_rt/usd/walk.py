@@ -28,12 +28,13 @@ from warp_rt.usd.context import (
     own_level,
     own_purpose,
 )
-from warp_rt.usd.draw_modes import StandInReader, card_visibility, draw_mode, is_replaced
+from warp_rt.usd.draw_modes import DRAWN_HOW, StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.inherited_normals import report_inherited_normals
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
+from warp_rt.usd.questions import get_path, has_authored_metadata, is_instance, is_loaded, is_model
 from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader, read_labels, report_ignored, report_meaningless
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
@@ -126,7 +127,7 @@ class StageWalk:
             prim, above, place, may_be_unusual = pending.pop()
             self._visited += 1
             if self._visited > self._limits.prims:
-                raise LimitError(f"{prim.GetPath()}: the stage holds more than {self._limits.prims} prims")
+                raise LimitError(f"{get_path(prim)}: the stage holds more than {self._limits.prims} prims")
             try:
                 visited = self._visit(prim, above, place, may_be_unusual, builder)
             except Tf.ErrorException as error:
@@ -137,8 +138,8 @@ class StageWalk:
             passed_on, matrix, children = visited
             if not children:
                 continue
-            if prim.GetPath().pathElementCount > self._limits.depth:
-                raise LimitError(f"{prim.GetPath()}: prims nested more than {self._limits.depth} deep")
+            if get_path(prim).pathElementCount > self._limits.depth:
+                raise LimitError(f"{get_path(prim)}: prims nested more than {self._limits.depth} deep")
             may_be_unusual = has_unusual_children(prim)
             pending.extend([(child, passed_on, matrix, may_be_unusual) for child in reversed(children)])
         self._nesting -= 1
@@ -159,14 +160,14 @@ class StageWalk:
         Returns:
             What its children have from it, group from prim, and the children that are visited; None: none are.
         """
-        if may_be_unusual and not prim.IsLoaded():
-            self._report.warn(UNLOADED, prim.GetPath(), "its payload is not loaded: left out with all below it")
+        if may_be_unusual and not is_loaded(prim):
+            self._report.warn(UNLOADED, get_path(prim), "its payload is not loaded: left out with all below it")
             return None
         if may_be_unusual:
             report_unused_selections(prim, self._report)
         prim_type = self._types.read(prim)
         kind = prim_type.name
-        has_clips = above.has_clips or prim.HasAuthoredMetadata("clips")
+        has_clips = above.has_clips or has_authored_metadata(prim, "clips")
         authored = self._authored.read(prim, has_clips)
         if above.lod_items is not None:
             above = above._replace(lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
@@ -185,8 +186,8 @@ class StageWalk:
             if resets:
                 builder.is_absolute = True
                 matrix = np.linalg.inv(above.world_from_group) @ matrix
-            else:
-                matrix = place @ matrix
+            elif place is not _IDENTITY:
+                matrix = place.dot(matrix)
         if prim_type.is_imageable and "purpose" in authored.names:
             here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
         if has_clips != above.has_clips:
@@ -199,11 +200,12 @@ class StageWalk:
         if prim_type.schemas:
             self._read_schemas(prim, prim_type.schemas)
             here = apply_schemas(prim, here, prim_type.schemas, self._time, self._report)
-        if may_be_unusual and self._stand_ins is not None and prim.IsModel():
-            here = here._replace(
-                draw_mode=draw_mode(prim, above.draw_mode, self._report),
-                card_visibility=card_visibility(prim, above.card_visibility),
-            )
+        if may_be_unusual and self._stand_ins is not None and is_model(prim):
+            if not DRAWN_HOW.isdisjoint(authored.names):
+                here = here._replace(
+                    draw_mode=draw_mode(prim, above.draw_mode, self._report),
+                    card_visibility=card_visibility(prim, above.card_visibility),
+                )
             if is_replaced(prim, here.draw_mode):
                 if self._is_shown(here):
                     self._add_stand_in(prim, here, matrix, builder)
@@ -215,17 +217,19 @@ class StageWalk:
         elif kind == "Camera":
             builder.add_camera(PlacedPrim(prim, matrix, here.name(prim)))
         elif kind in _RENDER_TYPES:
-            self.render_prims.append(str(prim.GetPath()))
+            self.render_prims.append(str(get_path(prim)))
         elif kind == "GeomSubset":
             report_misplaced(prim, authored.bindings, self._report)
         elif not prim_type.is_known:
             self._report.warn(
-                UNKNOWN_TYPE, prim.GetPath(), f"USD has no prims of the type {kind}: it draws nothing itself"
+                UNKNOWN_TYPE, get_path(prim), f"USD has no prims of the type {kind}: it draws nothing itself"
             )
-        is_instance = may_be_unusual and prim.IsInstance()
+        is_an_instance = may_be_unusual and is_instance(prim)
         children = here.children(prim)
-        has_heirs = is_instance or kind == "PointInstancer" or bool(children)
-        passed_on = hand_down(prim, here, authored, has_heirs, self._time, self._report)
+        has_heirs = is_an_instance or kind == "PointInstancer" or bool(children)
+        passed_on = here
+        if authored.bindings or authored.primvars:
+            passed_on = hand_down(prim, here, authored, has_heirs, self._time, self._report)
         if has_heirs and "primvars:normals" in authored.names:
             report_inherited_normals(prim, self._report)
         if kind == "PointInstancer":
@@ -244,7 +248,7 @@ class StageWalk:
                 bool(children),
                 builder,
             )
-        if is_instance:
+        if is_an_instance:
             self._prototypes.add_native_instance(prim, passed_on, matrix, builder, self._walk_group)
             return None
         return passed_on, matrix, children
@@ -280,7 +284,7 @@ class StageWalk:
                     values = {**values, **read_constants(prim, self._time, self._report)}
                 builder.add_gprim(row, matrix @ shape.local_from_unit, values)
         elif kind not in _NOT_GEOMETRY and not prim_type.is_light:
-            self._report.warn(UNSUPPORTED, prim.GetPath(), f"{kind} is not supported yet: left out")
+            self._report.warn(UNSUPPORTED, get_path(prim), f"{kind} is not supported yet: left out")
 
     def _add_stand_in(self, prim: Usd.Prim, here: Context, matrix: np.ndarray, builder: GroupBuilder) -> None:
         stand_in = self._stand_ins.read(prim, here.draw_mode, here.card_visibility) if self._stand_ins else None
@@ -296,14 +300,14 @@ class StageWalk:
         if skin is None and UsdGeom.PrimvarsAPI(prim).GetPrimvar("skel:jointIndices").HasAuthoredValue():
             is_bound = bool(UsdSkel.BindingAPI(prim).GetInheritedSkeleton())
             why = "USD takes none of its joint influences" if is_bound else "no skeleton moves its joints"
-            self._report.warn(REST_POSE, prim.GetPath(), f"{why}: drawn in its rest pose")
+            self._report.warn(REST_POSE, get_path(prim), f"{why}: drawn in its rest pose")
         return skin
 
     def _read_schemas(self, prim: Usd.Prim, schemas: Sequence[str]) -> None:
         report_ignored(prim, schemas, self._report)
         labels = read_labels(prim, schemas, self._time)
         if labels:
-            self.labels[str(prim.GetPath())] = labels
+            self.labels[str(get_path(prim))] = labels
 
 
 def _posed(matrix: np.ndarray, skin: Skin | None) -> np.ndarray:

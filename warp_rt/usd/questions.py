@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What is asked of every prim: methods of USD's classes, called as functions.
+
+Looked up on a prim or a property, a method passes a check that the prim still exists, which takes 0.45 us: twice as
+long as a short answer. Looked up on the class it does not; and while a stage is read, its prims stay.
+"""
+
+from __future__ import annotations
+
+from pxr import Usd
+
+get_path = Usd.Prim.GetPath
+get_type_name = Usd.Prim.GetTypeName
+get_type_info = Usd.Prim.GetPrimTypeInfo
+get_filtered_children = Usd.Prim.GetFilteredChildren
+get_property_names = Usd.Prim.GetPropertyNames
+get_authored_property_names = Usd.Prim.GetAuthoredPropertyNames
+get_attribute = Usd.Prim.GetAttribute
+get_relationship = Usd.Prim.GetRelationship
+has_api = Usd.Prim.HasAPI
+has_authored_metadata = Usd.Prim.HasAuthoredMetadata
+is_instance = Usd.Prim.IsInstance
+is_loaded = Usd.Prim.IsLoaded
+is_model = Usd.Prim.IsModel
+
+get_value = Usd.Attribute.Get
+get_metadata = Usd.Attribute.GetMetadata
+has_authored_connections = Usd.Attribute.HasAuthoredConnections
