@@ -4,24 +4,25 @@
 
 import warp as wp
 
+from .codes import (
+    AOV_DEEPEST,
+    AOV_DEPTH,
+    AOV_DISTANCE,
+    AOV_ELEMENT,
+    AOV_INSTANCE,
+    AOV_NODES_VISITED,
+    AOV_NORMAL,
+    AOV_POSITION,
+    AOV_PRIM,
+    AOV_PRIMVARS,
+    AOV_RAYS,
+    AOV_TREE_SIZE,
+    AOV_TRIANGLE_TESTS,
+    AOV_UV,
+)
 from .observer import CostCounter
 from .structs import FilmData, SceneData
 from .surface import NORMALS_SLOT, Surface, element_of, eval_primvar
-
-AOV_DEPTH = wp.constant(1)
-AOV_DISTANCE = wp.constant(2)
-AOV_NORMAL = wp.constant(4)
-AOV_POSITION = wp.constant(8)
-AOV_UV = wp.constant(16)
-AOV_PRIM = wp.constant(32)
-AOV_INSTANCE = wp.constant(64)
-AOV_ELEMENT = wp.constant(128)
-AOV_NODES_VISITED = wp.constant(256)
-AOV_TRIANGLE_TESTS = wp.constant(512)
-AOV_TREE_SIZE = wp.constant(1024)
-AOV_DEEPEST = wp.constant(2048)
-AOV_RAYS = wp.constant(4096)
-AOV_PRIMVARS = wp.constant(8192)
 
 
 @wp.struct

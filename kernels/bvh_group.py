@@ -12,41 +12,17 @@ Mark (2008), Large Ray Packets for Real-time Whitted Ray Tracing, for groups who
 
 import warp as wp
 
-from .bvh_structs import AccelData, Stack
+from .bvh_structs import AccelData
 from .constants import ALL_RAYS, GROUP, GROUP_FEW, GROUP_FLOATS, LEAVE_INSTANCE, TRIANGLES
-from .group_stack import GroupStack, push_children_group, push_group
+from .group_stack import push_children_group, push_group
 from .group_stack_each import push_children_of_each
+from .group_structs import RayGroup
 from .intersect_group import meet_shapes, meet_triangles, set_skips
 from .ray_group import bound_group, greatest_end, rays_of_first_octant, rays_reaching
 from .ray_set import count_rays, drop_first, first_ray
 from .transform_group import transform_group
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
-@wp.struct
-class RayGroup:
-    """The rays that go together, and scratch memory for their way: one a worker."""
-
-    rays: wp.array[float]
-    """Groups, shape [2 GROUP_FLOATS]: the rays in world space, then in that of an instance."""
-    ends: wp.array[float]
-    """t_max, then t of the closest hit, shape [GROUP]; -1 for a ray that needs no more."""
-    u: wp.array[float]
-    v: wp.array[float]
-    words: wp.array[int]
-    """Word of the leaves, or of the shapes, at which the triangle's or the shape's index is found; -1: no hit."""
-    records: wp.array[int]
-    """Instance record of the hit."""
-    senders: wp.array[int]
-    """Instance that each ray starts on; -1: anywhere."""
-    triangles: wp.array[int]
-    """Triangle, or shape, of it."""
-    skips: wp.array[int]
-    """That of the instance at work which each ray starts on and cannot meet, or NO_TRIANGLE."""
-    stack: GroupStack
-    single_stack: Stack
-    """That of a ray which is traced alone."""
 
 
 @wp.func

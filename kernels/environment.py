@@ -4,15 +4,12 @@
 
 import warp as wp
 
+from .codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from .features import Features, PlainScene
 from .per_type import per_type
 from .structs import DomeData, FrameData, RayDifferential, SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_footprint, sample_image
 from .visibility import holds
-
-IRRADIANCE_WIDTH = wp.constant(64)
-"""Columns of a dome's irradiance map; irradiance is a cosine-wide blur, so few suffice."""
-IRRADIANCE_HEIGHT = wp.constant(32)
 
 
 @wp.func

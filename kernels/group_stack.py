@@ -17,24 +17,13 @@ from .constants import (
     SLAB_SCALE,
     WIDTH,
 )
+from .group_structs import GroupStack
 from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
 from .prefetch import PREFETCH_CHILD
 from .ray_group import group_vector
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
-@wp.struct
-class GroupStack:
-    """The traversal stack of a group: children that some of its rays have yet to visit."""
-
-    codes: wp.array[int]
-    """Child codes, and LEAVE_INSTANCE."""
-    distances: wp.array[float]
-    """Before these no ray enters their boxes."""
-    rays: wp.array[wp.uint32]
-    """The rays that meet their boxes."""
 
 
 @wp.func

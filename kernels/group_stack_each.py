@@ -11,7 +11,8 @@ import warp as wp
 from .bounds import intersect_box
 from .bvh_stack import LANES_IN_ORDER, NODE_ROWS, PACKED_STORE
 from .constants import FAR_ROW, GROUP, INVERSE_ROW, NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
-from .group_stack import GroupStack, push_group
+from .group_stack import push_group
+from .group_structs import GroupStack
 from .intersect_packet import VECTOR_TYPES, octant_of
 from .native import spell_out
 from .ray_group import group_vector

@@ -9,9 +9,9 @@ the others'.
 
 import warp as wp
 
-from .bvh_group import RayGroup
 from .bvh_structs import AccelData, Hit
 from .constants import DIRECTION_ROW, GREAT_TRIANGLE, GROUP, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
+from .group_structs import RayGroup
 from .line_hit import surface_on_line
 from .native import spell_out
 from .ray_group import group_vector
@@ -28,7 +28,6 @@ CLEARANCE_ROW = wp.constant(9)
 U_ROW = wp.constant(10)
 V_ROW = wp.constant(11)
 T_ROW = wp.constant(12)
-SURFACE_FLOATS = wp.constant(13 * int(GROUP))
 
 NUMBERS = r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)

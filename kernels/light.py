@@ -23,10 +23,6 @@ KIND_DISK = wp.constant(4)
 KIND_CYLINDER = wp.constant(5)
 KIND_MESH = wp.constant(6)
 
-UNEVEN = wp.constant(1)
-"""Bits of ``LightData.varies``; so too"""
-VARIED = wp.constant(2)
-
 
 @wp.struct
 class LightSample:

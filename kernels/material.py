@@ -5,6 +5,7 @@
 import warp as wp
 
 from .albedo import diffuse_albedo, specular_albedo
+from .codes import INPUT_COUNT
 from .constants import GRAZING_FADE, HORIZON, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
 from .features import Features, PlainScene
 from .per_type import per_type
@@ -22,23 +23,6 @@ OPACITY_PRESENCE = wp.constant(1)
 NO_LEAK = wp.constant(wp.vec4i(-1, -1, -1, -1))
 """``RayTask.leaked`` of a ray that is on no wrong side."""
 
-INPUT_COUNT = wp.constant(11)
-"""Inputs that every material has room for; those of WhittedSurface come first in its rows."""
-
-WHITTED_INPUTS = ("ambient", "diffuse", "specular", "shininess", "reflection", "transmission", "ior")
-PREVIEW_INPUTS = (
-    "diffuseColor",
-    "emissiveColor",
-    "specularColor",
-    "metallic",
-    "roughness",
-    "clearcoat",
-    "clearcoatRoughness",
-    "opacity",
-    "ior",
-    "normal",
-    "occlusion",
-)
 
 _AMBIENT, _DIFFUSE, _SPECULAR, _SHININESS = wp.constant(0), wp.constant(1), wp.constant(2), wp.constant(3)
 _REFLECTION, _TRANSMISSION, _IOR = wp.constant(4), wp.constant(5), wp.constant(6)

@@ -10,10 +10,10 @@ from typing import TypeVar
 import warp as wp
 
 from .bvh_flight import Flights
-from .bvh_group import RayGroup
 from .bvh_structs import AccelData, InstanceRecord, Stack
 from .bvh_traverse import any_hit, closest_hit
 from .constants import GROUP, TRIANGLES
+from .group_structs import RayGroup
 from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
 from .ray_group import RUN_OF_RAYS

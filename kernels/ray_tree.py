@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The ray tree of a pixel, walked depth first with an explicit stack, and the kernel that does so for a tile.
+"""The ray tree of a pixel, walked depth first with an explicit stack.
 
 I = I_local + Kr R + Kt T at every node. Substituted into one another the equations become a sum over nodes of I_local
 times the product of the coefficients on the way, so a node needs no memory of its parent but that product: it is
@@ -16,10 +16,10 @@ from .camera import EyeRay, make_eye_ray
 from .constants import PASS_LIMIT
 from .emission import light_met, radiance_of_seen
 from .environment import environment
-from .features import AnyScene, Features
+from .features import Features
 from .line_hit import surface_on_line
 from .material import NO_LEAK, Shading, eval_material, mirror_normal
-from .observer import Observer, Unobserved, observed
+from .observer import Observer, observed
 from .per_type import per_type
 from .ray_counts import (
     DROPPED_BY_DEPTH,
@@ -37,6 +37,7 @@ from .shading import local_illumination
 from .shadow_queue import AtOnce, Shadows
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface, spawn_origin
+from .tile_structs import EyePath
 from .tree_hooks import tell_background, tell_child, tell_eye, tell_local, tell_push, tell_ray, tell_surface
 from .tree_record import (
     PASSAGE,
@@ -51,27 +52,6 @@ from .vector import max_component, reflect, refract, refraction_discriminant
 from .visibility import is_held_out, is_seen
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
-@wp.struct
-class EyePath:
-    """How far an eye ray has come, over what it passed straight through."""
-
-    reach: wp.float32
-    """Farthest distance that it sees."""
-    travelled: wp.float32
-    alpha: wp.float32
-    """Share of the pixel that what it met covers."""
-
-
-@wp.func
-def task_capacity(depth: int, pass_limit: int) -> int:
-    """Return how many tasks can wait at once.
-
-    A node pops one task and pushes at most three: its pass-through, its refraction and its reflection. Depth first, two
-    of them wait while the third is followed, and no path has more nodes than bounces and pass-throughs together.
-    """
-    return 2 * (depth + pass_limit) + 1
 
 
 @observed
@@ -490,33 +470,4 @@ def render_thread(
     mine = tasks[scratch]
     render_pixel(
         scene, accel, frame, film, stop, mine, stack, row_counts, pixel[0], pixel[1], sample, features, observer
-    )
-
-
-@wp.kernel
-def render_tile(
-    scenes: wp.array[SceneData],
-    accels: wp.array[AccelData],
-    frames: wp.array[FrameData],
-    films: wp.array[FilmData],
-    stop: wp.array[int],
-    tasks: wp.array2d[RayTask],
-    stacks: Stacks,
-    counts: wp.array2d[wp.int64],
-    tile: wp.vec4i,
-    sample: int,
-):
-    """Add one sample to every pixel of a tile (x, y, width, height; film coordinates).
-
-    One thread is one pixel; it writes that pixel of the film, and counts in the row of ``counts`` that its scratch has.
-    Scratch has one row where threads run one after the other, as on a CPU, else at least one for each thread.
-
-    The large structs come as arrays of one: a struct argument would be copied by every thread, 2 KB of them by value
-    taking as long as tracing the eye ray.
-    """
-    i = wp.tid()
-    features = AnyScene()
-    nobody = Unobserved()
-    render_thread(
-        scenes[0], accels[0], frames[0], films[0], stop, tasks, stacks, counts, tile, sample, i, features, nobody
     )

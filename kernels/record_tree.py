@@ -8,16 +8,21 @@ only renders does not wait for it.
 
 import warp as wp
 
-from .aov import FirstHit
 from .bvh_structs import AccelData, Stacks, stack_of_thread
-from .camera import make_eye_ray
 from .features import AnyScene
 from .observer import TreeRecorder
-from .ray_tree import trace_tree
-from .sampling import pixel_key
 from .structs import FrameData, RayTask, SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+def import_body():
+    """Import what the kernel calls: to compile it; who launches what is compiled needs its arguments' types alone."""
+    global FirstHit, make_eye_ray, trace_tree, pixel_key
+    from .aov import FirstHit
+    from .camera import make_eye_ray
+    from .ray_tree import trace_tree
+    from .sampling import pixel_key
 
 
 @wp.kernel

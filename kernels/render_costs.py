@@ -8,14 +8,19 @@ who does not ask for costs neither waits for it nor pays.
 
 import warp as wp
 
-from .aov import add_costs
 from .bvh_structs import AccelData, Stacks
 from .features import AnyScene
 from .observer import CostCounter
-from .ray_tree import pixel_of_thread, render_thread
 from .structs import FilmData, FrameData, RayTask, SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+def import_body():
+    """Import what the kernel calls: to compile it; who launches what is compiled needs its arguments' types alone."""
+    global add_costs, pixel_of_thread, render_thread
+    from .aov import add_costs
+    from .ray_tree import pixel_of_thread, render_thread
 
 
 @wp.kernel

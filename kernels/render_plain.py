@@ -11,10 +11,15 @@ import warp as wp
 from .bvh_structs import AccelData, Stacks
 from .features import PlainScene
 from .observer import Unobserved
-from .ray_tree import render_thread
 from .structs import FilmData, FrameData, RayTask, SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+def import_body():
+    """Import what the kernel calls: to compile it; who launches what is compiled needs its arguments' types alone."""
+    global render_thread
+    from .ray_tree import render_thread
 
 
 @wp.kernel

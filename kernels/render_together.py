@@ -7,9 +7,15 @@ import warp as wp
 from .bvh_structs import AccelData
 from .features import AnyScene
 from .structs import FilmData, FrameData, SceneData
-from .tile_trees import TileTrees, grow_tile
+from .tile_structs import TileTrees
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+
+def import_body():
+    """Import what the kernel calls: to compile it; who launches what is compiled needs its arguments' types alone."""
+    global grow_tile
+    from .tile_trees import grow_tile
 
 
 @wp.kernel

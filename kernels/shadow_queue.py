@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import warp as wp
 
-from .bvh_group import RayGroup, trace_group
+from .bvh_group import trace_group
 from .bvh_structs import AccelData, Stack
 from .constants import GROUP
 from .features import Features, PlainScene
@@ -21,6 +21,7 @@ from .per_type import per_type
 from .shadow_ray import ends_at_any, shadow_end, shadow_ray, transmitted_light
 from .structs import FrameData, SceneData, ShadowRay
 from .surface import Surface, spawn_origin
+from .tile_structs import ShadowQueue
 from .vector import max_component
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -29,38 +30,6 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 @wp.struct
 class AtOnce:
     """Shadow rays are traced when they are cast."""
-
-
-@wp.struct
-class ShadowQueue:
-    """Shadow rays that wait, and scratch memory for their way."""
-
-    rays: wp.array[ShadowRay]
-    count: wp.int32
-    """How many wait: fewer than there is room for."""
-    is_cast: wp.int32
-    """1: the ray of the next term has been written."""
-    node: wp.int32
-    """The node at work."""
-    sum: wp.int32
-    """Number of the sum at work."""
-    open_node: wp.int32
-    """Node of the sum that terms were last added to; -1: none is open."""
-    open_sum: wp.int32
-    """Its number; 0: none yet."""
-    open_value: wp.vec3
-    """What it makes so far."""
-    values: wp.array[wp.vec3]
-    """I_local of each node, as far as it is settled."""
-    is_blocked: wp.array[wp.int32]
-    """Of each ray that waits."""
-    keys: wp.array[wp.int32]
-    """As for ``list_shadow_rays``; so are the next two."""
-    order: wp.array[wp.int32]
-    ends: wp.array[wp.int32]
-    group: RayGroup
-    stack: Stack
-    """That of a ray which is traced alone."""
 
 
 Shadows = TypeVar("Shadows", AtOnce, ShadowQueue)

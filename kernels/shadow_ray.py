@@ -6,6 +6,7 @@ import warp as wp
 
 from .bvh_structs import AccelData, Stack
 from .bvh_traverse import any_hit_from, closest_hit_from
+from .codes import CASTS_SHADOW, SHADOW_AUTO, SHADOW_OPAQUE
 from .constants import SHADOW_LIMIT
 from .features import Features, PlainScene
 from .material import MODEL_WHITTED, NO_LEAK, eval_material
@@ -14,13 +15,9 @@ from .structs import SceneData, ShadowData
 from .surface import make_surface, spawn_origin
 from .tree_hooks import tell_blocked, tell_crossing
 from .vector import max_component
-from .visibility import CASTS_SHADOW, holds, is_present
+from .visibility import holds, is_present
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-SHADOW_OPAQUE = wp.constant(0)
-SHADOW_AUTO = wp.constant(1)
-SHADOW_TRANSMIT = wp.constant(2)
 
 
 @wp.func

@@ -11,23 +11,25 @@ the last bit. Nodes that find no room wait until then, and their branches are wa
 import warp as wp
 
 from .aov import FirstHit, forget, write_aovs
-from .bvh_group import RayGroup, trace_group
+from .bvh_group import trace_group
 from .bvh_structs import AccelData, Hit
 from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import GROUP, TILE_PIXELS, TRIANGLES
 from .features import Features
+from .group_structs import RayGroup
 from .group_surfaces import find_surfaces, surface_in_group
 from .line_hit import surface_on_line
 from .list_rays import gather_tasks, list_tasks
 from .observer import Unobserved
 from .per_type import per_type
 from .ray_counts import PRIMARY, count
-from .ray_tree import EyePath, eye_task, visit_node
+from .ray_tree import eye_task, visit_node
 from .sampling import pixel_key
-from .shadow_queue import ShadowQueue, close_sum, open_queue, settle
+from .shadow_queue import close_sum, open_queue, settle
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface
+from .tile_structs import TilePixel, TileTrees
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -38,59 +40,6 @@ CELL_HEIGHT = wp.constant(4)
 
 CHILDREN = wp.constant(3)
 """At most, of a node: its pass-through, its refraction and its reflection."""
-
-
-@wp.struct
-class TreeNode:
-    """Where a node of a tree stands."""
-
-    pixel: wp.int32
-    """Root of its tree."""
-    children: wp.int32
-    """First of its children; -1: it has found no room for them, and waits."""
-    end: wp.int32
-    """Behind the last of them."""
-
-
-@wp.struct
-class TilePixel:
-    """A pixel whose tree grows."""
-
-    eye: EyePath
-    near: wp.float32
-    """As in ``EyeRay``; so too ``cosine``."""
-    cosine: wp.float32
-    row: wp.int32
-    column: wp.int32
-    has_met: wp.int32
-    """1 once its eye ray has met something."""
-
-
-@wp.struct
-class TileTrees:
-    """Trees that grow together, and scratch memory for it: one a worker."""
-
-    pixels: wp.array[TilePixel]
-    """shape [TILE_PIXELS]"""
-    size: wp.int32
-    """Pixels whose trees may grow together: fewer where there was no room for all of their nodes."""
-    tasks: wp.array[RayTask]
-    """The nodes' rays: eye rays, then level by level, the children of a node side by side."""
-    nodes: wp.array[TreeNode]
-    """As many."""
-    shadows: ShadowQueue
-    """Its values are those of the nodes, and of one more: the one that is walked."""
-    keys: wp.array[wp.int32]
-    """As for ``list_tasks``; so are the next two."""
-    order: wp.array[wp.int32]
-    ends: wp.array[wp.int32]
-    group: RayGroup
-    surfaces: wp.array[float]
-    """What the group has met, SURFACE_FLOATS long."""
-    walk: wp.array[RayTask]
-    """A task stack, ``task_capacity`` long."""
-    path: wp.array[wp.int32]
-    """A stack of nodes, as long."""
 
 
 @wp.func

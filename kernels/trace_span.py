@@ -5,11 +5,12 @@
 import warp as wp
 
 from .bvh_flight import Flights, is_for_flights, trace_flights
-from .bvh_group import RayGroup, trace_group
+from .bvh_group import trace_group
 from .bvh_structs import AccelData
 from .bvh_traverse import is_ray_finite
 from .constants import GROUP, GROUP_SPAN, LAST_RAYS, LAST_SPAN, LAUNCH_SPANS, SCATTER_STRIDE, SCATTERED
 from .gather_rays import load_group
+from .group_structs import RayGroup
 from .intersect_packet import COLUMNS, VECTOR_TYPES, octant_of
 from .native import spell_out
 from .per_type import per_type

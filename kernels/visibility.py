@@ -4,18 +4,10 @@
 
 import warp as wp
 
+from .codes import HOLDS_OUT, SEEN_BY_BOUNCES, SEEN_BY_EYE
 from .features import Features, PlainScene
 from .per_type import per_type
 from .structs import SceneData
-
-SEEN_BY_EYE = wp.constant(1)
-"""``InstanceData.flags``: eye rays meet the instance."""
-SEEN_BY_BOUNCES = wp.constant(2)
-"""Reflection and refraction rays meet it."""
-CASTS_SHADOW = wp.constant(4)
-"""Shadow rays meet it."""
-HOLDS_OUT = wp.constant(8)
-"""Eye rays that meet it bring back neither light nor alpha."""
 
 
 @wp.func

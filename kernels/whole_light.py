@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .codes import UNEVEN, VARIED
 from .constants import (
     CONE_CELLS,
     FAR_FOCUS,
@@ -22,8 +23,6 @@ from .light import (
     KIND_MESH,
     KIND_POINT,
     KIND_SPHERE,
-    UNEVEN,
-    VARIED,
     LightSample,
     sample_light,
 )

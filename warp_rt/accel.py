@@ -23,6 +23,7 @@ from warp_rt.forest import (
     refer_to_instances,
 )
 from warp_rt.jobs import Executor
+from warp_rt.kernel_binaries import load_module
 from warp_rt.kernels import (
     bvh_collapse,
     bvh_instances,
@@ -37,7 +38,7 @@ from warp_rt.options import BUILDERS, INTERSECTORS, check_threads
 from warp_rt.placement import Placement, blocks, place_scene
 from warp_rt.scene import Mesh, Scene, Shapes, check_scene, primitive_count
 from warp_rt.shape_trees import build_shape_trees
-from warp_rt.warp_setup import load_module, resolve_device
+from warp_rt.warp_setup import resolve_device
 from warp_rt.workers import Workers
 
 _INTERSECTORS = {

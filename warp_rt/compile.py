@@ -14,7 +14,8 @@ import warp as wp
 
 import warp_rt.kernels
 from warp_rt.compile_process import CompileProcess
-from warp_rt.warp_setup import init_warp, load_module, resolve_device
+from warp_rt.kernel_binaries import load_module
+from warp_rt.warp_setup import init_warp, resolve_device
 
 _NOTICE_SECONDS = 0.7
 """Loading cached kernels takes a tenth of this; whatever takes longer is being compiled."""

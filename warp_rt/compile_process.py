@@ -24,7 +24,8 @@ from pathlib import Path
 
 import warp as wp
 
-from warp_rt.warp_setup import init_warp, load_module
+from warp_rt.kernel_binaries import load_module
+from warp_rt.warp_setup import init_warp
 from warp_rt.workers import default_thread_count
 
 _GRACE = 5.0  # seconds for a process that has been told to end; it takes milliseconds

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rt.kernels.light import UNEVEN, VARIED
+from warp_rt.kernels.codes import UNEVEN, VARIED
 from warp_rt.light_shapes import ellipsoid_area
 from warp_rt.light_tables import LightTables
 from warp_rt.scene import Light, LightKind

@@ -15,10 +15,15 @@ from warp_rt.device_lights import light_record, unit_axes
 from warp_rt.dome import bright_cells, irradiance_map, mean_color
 from warp_rt.image_pyramid import coarser_levels, decode
 from warp_rt.kernels import structs
+from warp_rt.kernels.codes import (
+    HOLDS_OUT,
+    INPUT_COUNT,
+    IRRADIANCE_HEIGHT,
+    IRRADIANCE_WIDTH,
+    PREVIEW_INPUTS,
+    WHITTED_INPUTS,
+)
 from warp_rt.kernels.constants import PARAMETRIC
-from warp_rt.kernels.environment import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
-from warp_rt.kernels.material import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
-from warp_rt.kernels.visibility import HOLDS_OUT
 from warp_rt.light_tables import LightTables
 from warp_rt.options import TEXTURE_FILTERS, is_primvar_aov
 from warp_rt.placement import Placement, blocks, place_scene, relative_points

@@ -14,7 +14,7 @@ import warp as wp
 
 from warp_rt.device_scene import AovPrimvar
 from warp_rt.errors import LimitError, OptionError, SceneError
-from warp_rt.kernels import aov, structs
+from warp_rt.kernels import codes, structs
 from warp_rt.options import MAX_SIZE
 from warp_rt.scene import Camera, Settings
 
@@ -23,19 +23,19 @@ Rectangle = tuple[int, int, int, int]
 
 # AOV: the field of FilmData it is written to, its bit, its type there, and what it holds before the first ray.
 _FIELDS: dict[str, tuple[str, int, Any, float]] = {
-    "depth": ("depth", aov.AOV_DEPTH, wp.float32, np.inf),
-    "distance": ("distance", aov.AOV_DISTANCE, wp.float32, np.inf),
-    "normal": ("normal", aov.AOV_NORMAL, wp.vec3, 0.0),
-    "position": ("position", aov.AOV_POSITION, wp.vec3, np.nan),  # 0 once developed
-    "uv": ("uv", aov.AOV_UV, wp.vec2, 0.0),
-    "primId": ("prim", aov.AOV_PRIM, wp.int32, -1),
-    "instanceId": ("instance", aov.AOV_INSTANCE, wp.int32, -1),
-    "elementId": ("element", aov.AOV_ELEMENT, wp.int32, -1),
-    "nodesVisited": ("nodes_visited", aov.AOV_NODES_VISITED, wp.int32, 0),
-    "triangleTests": ("triangle_tests", aov.AOV_TRIANGLE_TESTS, wp.int32, 0),
-    "treeSize": ("tree_size", aov.AOV_TREE_SIZE, wp.int32, 0),
-    "deepest": ("deepest", aov.AOV_DEEPEST, wp.int32, 0),
-    "rays": ("rays", aov.AOV_RAYS, wp.int32, 0),
+    "depth": ("depth", codes.AOV_DEPTH, wp.float32, np.inf),
+    "distance": ("distance", codes.AOV_DISTANCE, wp.float32, np.inf),
+    "normal": ("normal", codes.AOV_NORMAL, wp.vec3, 0.0),
+    "position": ("position", codes.AOV_POSITION, wp.vec3, np.nan),  # 0 once developed
+    "uv": ("uv", codes.AOV_UV, wp.vec2, 0.0),
+    "primId": ("prim", codes.AOV_PRIM, wp.int32, -1),
+    "instanceId": ("instance", codes.AOV_INSTANCE, wp.int32, -1),
+    "elementId": ("element", codes.AOV_ELEMENT, wp.int32, -1),
+    "nodesVisited": ("nodes_visited", codes.AOV_NODES_VISITED, wp.int32, 0),
+    "triangleTests": ("triangle_tests", codes.AOV_TRIANGLE_TESTS, wp.int32, 0),
+    "treeSize": ("tree_size", codes.AOV_TREE_SIZE, wp.int32, 0),
+    "deepest": ("deepest", codes.AOV_DEEPEST, wp.int32, 0),
+    "rays": ("rays", codes.AOV_RAYS, wp.int32, 0),
 }
 # AOVs that follow from another one.
 _SOURCES = {"cameraDepth": "depth", "Neye": "normal", "Peye": "position"}
@@ -131,7 +131,7 @@ def make_film_buffers(
         size = f"{pixel * width * height / 2**30:.1f} GiB"
         raise LimitError(f"film: {width} x {height} pixels need {size}, more than {device} can give") from error
     data.color = arrays["color"]
-    data.aov_mask = sum(int(_FIELDS[name][1]) for name in wanted) + (int(aov.AOV_PRIMVARS) if shown else 0)
+    data.aov_mask = sum(int(_FIELDS[name][1]) for name in wanted) + (int(codes.AOV_PRIMVARS) if shown else 0)
     return FilmBuffers(data, arrays, area, aovs, shown)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from warp_rt.kernels import structs
-from warp_rt.kernels.shadow_ray import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
+from warp_rt.kernels.codes import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
 from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, RenderOptions
 from warp_rt.scene import Material, MaterialModel, Scene, Settings
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from warp_rt.frame import shadow_mode
-from warp_rt.kernels.shadow_ray import SHADOW_OPAQUE
+from warp_rt.kernels.codes import SHADOW_OPAQUE
 from warp_rt.options import RenderOptions
 from warp_rt.scene import Light, Material, RayMask, Scene
 

@@ -12,11 +12,11 @@ import warp as wp
 
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.errors import OptionError
+from warp_rt.kernel_binaries import load_module
 from warp_rt.kernels import constants, query, query_group
 from warp_rt.options import check_threads
 from warp_rt.ray_order import sort_rays
 from warp_rt.span_launches import describe, keep_span_launches, take_span_launches
-from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
 _CPU_SPANS = 32  # spans of rays of one launch: a few milliseconds, so that Ctrl-C is heard

@@ -11,9 +11,9 @@ import numpy as np
 import warp as wp
 
 from warp_rt.accel import Accel
+from warp_rt.kernel_binaries import load_module
 from warp_rt.kernels import ray_order
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP
-from warp_rt.warp_setup import load_module
 from warp_rt.workers import Workers
 
 _OCTANTS = 8

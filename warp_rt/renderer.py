@@ -37,16 +37,15 @@ from warp_rt.frame import frame_data, resolve_options
 from warp_rt.headlight import headlight
 from warp_rt.kernels import (
     ray_counts,
-    ray_tree,
     record_tree,
+    render,
     render_costs,
     render_plain,
     render_together,
     render_together_plain,
     structs,
-    tile_trees,
+    tile_structs,
 )
-from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.launch import Deadline, StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
 from warp_rt.mesh_trees import has_same_triangles
@@ -54,6 +53,7 @@ from warp_rt.options import COSTS, DEFAULT_DEPTH, RenderOptions
 from warp_rt.plain import is_plain
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Light, RayMask, Scene, check_scene
+from warp_rt.task_stack import task_bytes, task_capacity
 from warp_rt.tile_scratch import make_tile_trees
 from warp_rt.tree.ray_tree import RayTree
 from warp_rt.tree_recording import Records, make_roots, record
@@ -80,7 +80,7 @@ _LOST = 1e-4  # share of a picture below which what shows, or where it could, is
 _REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, from which building anew pays
 _CUDA_COUNTER_ROWS = 256  # spreads atomic additions
 _KERNELS = {
-    (False, False): ray_tree.render_tile,
+    (False, False): render.render_tile,
     (False, True): render_plain.render_tile_plain,
     (True, False): render_together.render_tile_together,
     (True, True): render_together_plain.render_tile_together_plain,
@@ -442,7 +442,7 @@ class Renderer:
         is_cpu = self.device == "cpu"
         size, options, deadline = film.buffers.area[2:], film.options, film.deadline
         depth = options.depth or DEFAULT_DEPTH
-        tiles = tiles_of(*size, options.tile_size) if is_cpu else bands_of(*size, _task_bytes(depth))
+        tiles = tiles_of(*size, options.tile_size) if is_cpu else bands_of(*size, task_bytes(depth))
         rows = 1 if is_cpu else max(tile[2] * tile[3] for tile in tiles)
         scratches: list[Scratch] = []
         stop = StopFlag(self.device)
@@ -490,14 +490,14 @@ class Renderer:
 
     def _scratch(self, rows: int, depth: int) -> Scratch:
         """Return ray tasks, traversal stacks and counters, for trees that are walked ray by ray."""
-        capacity = ray_tree.task_capacity(depth, int(PASS_LIMIT))
+        capacity = task_capacity(depth)
         tasks = wp.empty(shape=(rows, capacity), dtype=structs.RayTask, device=self.device)
         return Scratch([tasks, make_stacks(self.accel, rows), self._counters(depth)])
 
     def _tile_scratch(self, depth: int) -> Scratch:
         """Return the trees that grow together, and counters."""
         trees = make_tile_trees(self.accel, depth)
-        return Scratch([self._array_of_one(trees, tile_trees.TileTrees), self._counters(depth)], kept=trees)
+        return Scratch([self._array_of_one(trees, tile_structs.TileTrees), self._counters(depth)], kept=trees)
 
     def _counters(self, depth: int) -> wp.array:
         elements = int(ray_counts.LEVELS) + int(ray_counts.PER_LEVEL) * depth
@@ -536,11 +536,6 @@ def _seen_box(scene: Scene) -> np.ndarray | None:
         instances = instances[np.flatnonzero(instances.seen_by & RayMask.EYE)]
     box = dataclasses.replace(scene, instances=instances).bounds()
     return box if np.isfinite(box).all() else None
-
-
-def _task_bytes(depth: int) -> int:
-    """Return the memory of a pixel's ray tasks where trees are walked ray by ray."""
-    return int(ray_tree.task_capacity(depth, int(PASS_LIMIT)) * wp.types.type_size_in_bytes(structs.RayTask))
 
 
 def _diagonal(scene: Scene) -> float:

@@ -11,9 +11,9 @@ import numpy as np
 import warp as wp
 
 from warp_rt.accel import Accel
+from warp_rt.kernel_binaries import load_module
 from warp_rt.kernels import query_group
 from warp_rt.ray_span import make_ray_span
-from warp_rt.warp_setup import load_module
 
 
 def describe(array: Any) -> Any:

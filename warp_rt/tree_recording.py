@@ -13,10 +13,9 @@ import warp as wp
 
 from warp_rt.errors import LimitError
 from warp_rt.kernels import tree_record
-from warp_rt.kernels.constants import PASS_LIMIT
 from warp_rt.kernels.observer import TreeRecorder
-from warp_rt.kernels.ray_tree import task_capacity
 from warp_rt.scene import Dome, Light, MaterialModel, Scene
+from warp_rt.task_stack import task_capacity
 from warp_rt.tree.nodes import Color, Crossing, Fate, LightTerm, Place, RayKind, TreeNode, nested_value
 
 MAX_NODES = 1 << 18
@@ -50,7 +49,7 @@ def record(launch: Callable[[Any], None], *, depth: int, stop: wp.array, device:
     Raises:
         LimitError: The tree is larger than anybody would read.
     """
-    slots = task_capacity(depth, int(PASS_LIMIT))
+    slots = task_capacity(depth)
     room = _FIRST_ROOM
     while True:
         recorder = TreeRecorder()

@@ -15,7 +15,6 @@ import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import warp as wp
 
@@ -75,16 +74,6 @@ def resolve_device(name: str = "auto") -> str:
     if alias not in gpus:
         raise DeviceError(f"device {name!r} is not available; available: {', '.join(['cpu', *gpus])}")
     return alias
-
-
-def load_module(module: ModuleType, device: str) -> None:
-    """Load the kernels of a file, unless they are loaded; required before several threads launch them.
-
-    Warp loads a module when one of its kernels is first launched, without a lock: two threads that launch at once
-    load it twice, and the loser's code is unloaded while it may still be running.
-    """
-    with _lock:
-        wp.load_module(module, device=device)
 
 
 def _default_is_writable() -> bool:

@@ -12,12 +12,10 @@ import pytest
 
 from warp_rt import Renderer, RenderOptions
 from warp_rt.errors import LimitError
-from warp_rt.kernels.constants import PASS_LIMIT
-from warp_rt.kernels.ray_tree import task_capacity
 from warp_rt.kernels.structs import RayTask
 from warp_rt.launch import CUDA_BAND_PIXELS, CUDA_SCRATCH_BYTES, Deadline, StopFlag, bands_of, run_tiles, tiles_of
 from warp_rt.options import MAX_DEPTH
-from warp_rt.renderer import _task_bytes
+from warp_rt.task_stack import task_bytes, task_capacity
 from warp_rt.warp_setup import init_warp
 
 from ..analytic.scenes import parallel, scene_of, square, whitted
@@ -47,8 +45,8 @@ def test_bands_cover_every_pixel_once_and_are_small(width: int, height: int, scr
 def test_a_band_of_the_deepest_trees_has_room_for_its_tasks() -> None:
     """The memory that a renderer asks for on CUDA does not grow with depth without bound, and is that of a band."""
     for depth in (1, 7, 64, MAX_DEPTH):
-        pixel = task_capacity(depth, int(PASS_LIMIT)) * np.dtype(RayTask.numpy_dtype()).itemsize
-        bands = bands_of(1920, 1080, _task_bytes(depth))
+        pixel = task_capacity(depth) * np.dtype(RayTask.numpy_dtype()).itemsize
+        bands = bands_of(1920, 1080, task_bytes(depth))
         assert max(w * h for _, _, w, h in bands) * pixel <= CUDA_SCRATCH_BYTES
 
 
