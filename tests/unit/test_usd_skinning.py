@@ -156,6 +156,30 @@ def test_influences_that_do_not_fit_are_told() -> None:
     np.testing.assert_allclose(world_points(scene)[1], (2, 0, 0), atol=1e-6)
 
 
+def test_what_stands_below_no_skel_root_is_not_skinned_and_told() -> None:
+    """A SkelRoot is "a scope beneath which skeletally-posed primitives are defined"."""
+    stage = Usd.Stage.CreateInMemory()
+    mesh = f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS}\n}}'
+    assert stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{ARM.format(lift=0, prim='')}\n{mesh}")
+    scene = load_stage(stage)
+    assert ("W131", "/m") in [(record.code, record.prim) for record in scene.diagnostics]
+    np.testing.assert_allclose(world_points(scene)[1], (2, 0, 0), atol=1e-6)
+
+
+def test_prototypes_of_an_instancer_below_a_skel_root_are_told_not_to_be_skinned() -> None:
+    """UsdSkel.BakeSkinning leaves them, too."""
+    prim = f"""def PointInstancer "i" {{
+        point3f[] positions = [(0, 0, 0)]
+        int[] protoIndices = [0]
+        rel prototypes = </root/i/m>
+        def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS}\n}}\n}}"""
+    scene = load_stage(stage_of(prim))
+    assert ("W131", "/root/i/m") in [(record.code, record.prim) for record in scene.diagnostics]
+    baked = stage_of(prim)
+    UsdSkel.BakeSkinning(UsdSkel.Root(baked.GetPrimAtPath("/root")))
+    np.testing.assert_array_equal(world_points(scene), UsdGeom.Mesh.Get(baked, "/root/i/m").GetPointsAttr().Get())
+
+
 @pytest.mark.parametrize("name", ["lbs.usda", "dqs.usda", "blendshapes.usda", "blendshapesWithNormals.usda"])
 @pytest.mark.parametrize("time", [5.0, 11.0])
 def test_real_rigs_are_what_usd_bakes(name: str, time: float) -> None:

@@ -659,11 +659,18 @@ def test_variant_selections_that_select_nothing_are_noted() -> None:
             def Xform "model" ( kind = "component"
                 variants = {{ string look = "red" }} ) {{ }}
         }}
+        def Xform "above" {{
+            def Xform "no_model" {{
+                def Xform "deep" ( {sets}
+                    variants = {{ string shape = "three" }} ) {{\n{variants}\n}}
+            }}
+        }}
         """
     )
     told = {record.prim: record.message for record in scene.diagnostics if record.code == "N925"}
     assert told == {
         "/misspelt": "shape = 'ome' selects nothing: its variants are one, two",
         "/group/model": "look = 'red' is selected, but there is no such variant set",
+        "/above/no_model/deep": "shape = 'three' selects nothing: its variants are one, two",
     }
     assert drawn(scene) == {"/good/c"}

@@ -50,9 +50,11 @@ UNKNOWN_TYPE = "N911"
 MAX_PRIMS = 10_000_000
 MAX_DEPTH = 256  # of namespace
 MAX_NESTING = 64  # of instances within instances
+ASKED_FOR_SELECTIONS = 10_000  # prims; of more, asking each takes two hundredths of the time that loading it does
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _SKINNED = (*geometry.TYPES, *implicit.TYPES)
+_SKINNING = frozenset(("primvars:skel:jointIndices", "skel:blendShapes"))
 _IDENTITY = np.eye(4)
 _RENDER_TYPES = ("RenderSettings", "RenderPass")
 
@@ -163,7 +165,7 @@ class StageWalk:
         if may_be_unusual and not is_loaded(prim):
             self._report.warn(UNLOADED, get_path(prim), "its payload is not loaded: left out with all below it")
             return None
-        if may_be_unusual:
+        if may_be_unusual or self._visited <= ASKED_FOR_SELECTIONS:
             report_unused_selections(prim, self._report)
         prim_type = self._types.read(prim)
         kind = prim_type.name
@@ -211,7 +213,12 @@ class StageWalk:
                     self._add_stand_in(prim, here, matrix, builder)
                 return None
         is_drawn = prim_type.is_boundable and self._is_shown(here)
-        skin = self._read_skin(prim) if is_drawn and here.is_skinned and kind in _SKINNED else None
+        skin = None
+        if is_drawn and kind in _SKINNED:
+            if here.is_skinned:
+                skin = self._read_skin(prim)
+            elif not _SKINNING.isdisjoint(authored.names):
+                self._report.warn(REST_POSE, prim.GetPath(), "no SkelRoot poses it: drawn in its rest pose")
         if prim_type.is_light:
             builder.add_light(PlacedPrim(prim, _posed(matrix, skin), here.name(prim)))
         elif kind == "Camera":
