@@ -27,6 +27,7 @@ from .meshes import load_file
 from .results import ROOT
 
 CAMERA_HEIGHT = 30.0
+PASS = None  # the stage is drawn as it is
 _HALF_WIDTH = CAMERA_HEIGHT * 0.20955 / 2 / 0.5  # luxtest's aperture and focal length
 _KINDS = {
     "RectLight": LightKind.RECT,
@@ -34,6 +35,7 @@ _KINDS = {
     "SphereLight": LightKind.SPHERE,
     "CylinderLight": LightKind.CYLINDER,
     "DistantLight": LightKind.DISTANT,
+    "Mesh": LightKind.MESH,
 }
 Cut = tuple[np.ndarray, np.ndarray]
 _PIECES = 8
@@ -51,6 +53,12 @@ class LightFrame:
     """float64, shape [4, 4], acting on column vectors."""
     is_shaped: bool = False
     """Whether ShapingAPI is applied, whose cone is 90 degrees unless authored."""
+    shape: str = ""
+    """Of a mesh: of ``mesh_sweeps.SHAPES``."""
+
+    def having(self, **more: Any) -> LightFrame:
+        """Return the frame with some attributes more."""
+        return replace(self, attributes={**self.attributes, **more})
 
 
 # --- places
@@ -264,7 +272,7 @@ def _dome_sweeps(files: Mapping[str, Path]) -> Iterator[tuple[str, list[LightFra
 
 
 def _with(frame: LightFrame, **more: Any) -> LightFrame:
-    return replace(frame, attributes={**frame.attributes, **more})
+    return frame.having(**more)
 
 
 def _each(frame: LightFrame, name: str, values: Sequence[Any]) -> list[LightFrame]:
@@ -300,6 +308,8 @@ def make_stage(frames: Sequence[LightFrame]) -> Usd.Stage:
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(floor.GetPrim()).Bind(material)
     light = stage.DefinePrim("/Light", frames[0].kind)
+    if frames[0].kind == "Mesh":
+        UsdLux.MeshLightAPI.Apply(light)
     if frames[0].is_shaped:
         UsdLux.ShapingAPI.Apply(light)
     place = UsdGeom.Xformable(light).AddTransformOp()
@@ -345,10 +355,12 @@ def expected(frame: LightFrame, points: np.ndarray, count: int = 96) -> np.ndarr
         points: Of the floor, shape [n, 3].
         count: The light is cut into ``count`` patches each way.
     """
-    scale = _radiance(frame) * frame.attributes.get("diffuse", 1.0) / math.pi
+    scale = radiance_of(frame) * frame.attributes.get("diffuse", 1.0) / math.pi
+    if frame.attributes.get("normalize"):
+        scale = scale / _measure(frame)
     if frame.kind == "DomeLight":
         return np.broadcast_to(scale * _sky_irradiance(frame), points.shape)
-    light = _light(frame)
+    light = light_of(frame)
     if light.kind == LightKind.DISTANT:
         axis = frame.matrix[:3, 2] / np.linalg.norm(frame.matrix[:3, 2])
         facing = np.array(max(float(axis @ UP), 0.0))
@@ -356,17 +368,18 @@ def expected(frame: LightFrame, points: np.ndarray, count: int = 96) -> np.ndarr
             facing = float64_lights().irradiance(light, np.zeros(3), UP, 1024)
         return np.broadcast_to(scale * facing, points.shape)
     coarse = float64_lights().patches(light, count)
-    rims = [light.cone_angle, *_profile_ends(frame)]
+    rims = rims_of(frame)
     cuts = (_refined(light, point, coarse, count, rims) for point in points)
     return np.array([scale * _irradiance(frame, light, point, cut) for point, cut in zip(points, cuts, strict=True)])
 
 
-def _profile_ends(frame: LightFrame) -> list[float]:
-    """Return the angles to the light's axis at which a profile ends before the poles."""
+def rims_of(frame: LightFrame) -> list[float]:
+    """Return the angles to the light's axis at which its cone ends, and its profile before the poles."""
+    cone = light_of(frame).cone_angle
     scale = frame.attributes.get("shaping:ies:angleScale", 0.0)
     if "shaping:ies:file" not in frame.attributes or scale == 0:
-        return []
-    return [math.pi * scale] if scale > 0 else [math.pi * (1 + scale)]
+        return [cone]
+    return [cone, math.pi * scale if scale > 0 else math.pi * (1 + scale)]
 
 
 def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Sequence[float]) -> Cut:
@@ -396,16 +409,14 @@ def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Seq
     return tuple(np.concatenate([np.delete(one, rows, axis=0), more]) for one, more in zip(coarse, fine, strict=True))
 
 
-def _radiance(frame: LightFrame) -> np.ndarray:
-    """Return the light's own radiance: intensity 2^exposure color, the black body's, by its area if normalised."""
+def radiance_of(frame: LightFrame) -> np.ndarray:
+    """Return the light's own radiance before it is normalised: intensity 2^exposure color, the black body's."""
     values = frame.attributes
     is_distant = frame.kind == "DistantLight"
     radiance = values.get("intensity", 50000.0 if is_distant else 1.0) * 2.0 ** values.get("exposure", 0.0)
     radiance = radiance * np.array(values.get("color", (1, 1, 1)), float)
     if values.get("enableColorTemperature"):
         radiance = radiance * np.array(UsdLux.BlackbodyTemperatureAsRgb(values.get("colorTemperature", 6500.0)))
-    if values.get("normalize"):
-        radiance = radiance / _measure(frame)
     return radiance
 
 
@@ -430,7 +441,7 @@ def _measure(frame: LightFrame) -> float:
     return 4 * math.pi * mean ** (1 / 1.6)
 
 
-def _light(frame: LightFrame) -> Light:
+def light_of(frame: LightFrame) -> Light:
     """Return the light of radiance 1 with the frame's shape and shaping."""
     values = frame.attributes
     sizes = {name: values[name] for name in ("radius", "width", "height", "length") if name in values}
@@ -458,7 +469,7 @@ def _irradiance(frame: LightFrame, light: Light, point: np.ndarray, cut: Cut) ->
         distance = (light.world_from_light[:3, 3] - point) @ back / (wi @ back)
         weight = weight * _texel(light, point + wi * distance[:, None])
     if "shaping:ies:file" in frame.attributes:
-        weight = weight * _profile(frame, -wi @ np.linalg.inv(frame.matrix[:3, :3]).T)
+        weight = weight * profile_of(frame, -wi @ np.linalg.inv(frame.matrix[:3, :3]).T)
     return (radiance * weight[:, None]).sum(axis=0)
 
 
@@ -483,7 +494,7 @@ def _bilinear(image: np.ndarray, row: np.ndarray, column: np.ndarray, *, wraps: 
     return upper * (1 - v) + lower * v
 
 
-def _profile(frame: LightFrame, emitted: np.ndarray) -> np.ndarray:
+def profile_of(frame: LightFrame, emitted: np.ndarray) -> np.ndarray:
     """Return the profile's factor for directions that light leaves in, the light's own space: shape [n]."""
     scale = frame.attributes.get("shaping:ies:angleScale", 0.0)
     factor = _profile_values(emitted, scale, *_PROFILES[frame.attributes["shaping:ies:file"].name])

@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,9 @@ from warp_rt import Renderer, RenderOptions
 from warp_rt.api import open_scene
 from warp_rt.warp_setup import init_warp
 
+from . import light_sweeps, mesh_sweeps
 from .command import make_parser, save_if_asked
-from .light_sweeps import LightFrame, expected, floor_points, make_stage, sweeps, write_files
+from .light_sweeps import LightFrame, floor_points, write_files
 from .results import Row
 
 KEYS = ("light", "sweep", "samples")
@@ -42,7 +44,8 @@ def main(arguments: Sequence[str]) -> None:
     init_warp()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for light, name, frames in sweeps(write_files(Path(folder))):
+        files = write_files(Path(folder))
+        for light, name, frames in chain(light_sweeps.sweeps(files), mesh_sweeps.sweeps(files)):
             if all(re.search(word, f"{light} {name}") for word in options.only):
                 rows += _sweep(light, name, frames, counts)
     for line in summary(rows, counts):
@@ -67,8 +70,9 @@ def summary(rows: Sequence[Row], counts: Sequence[int]) -> Iterator[str]:
 
 
 def _sweep(light: str, name: str, frames: Sequence[LightFrame], counts: Sequence[int]) -> list[Row]:
-    truth = [expected(frame, floor_points(ACROSS)) for frame in frames]
-    scenes = open_scene(make_stage(frames))
+    module = mesh_sweeps if light == "MeshLight" else light_sweeps
+    truth = [module.expected(frame, floor_points(ACROSS)) for frame in frames]
+    scenes = open_scene(module.make_stage(frames), render_pass=module.PASS)
     rows = []
     for count in counts:
         options = RenderOptions(width=ACROSS, height=ACROSS, light_samples=count)
@@ -78,7 +82,7 @@ def _sweep(light: str, name: str, frames: Sequence[LightFrame], counts: Sequence
         row = {"light": light, "sweep": name, "samples": count, "frames": len(frames)}
         rows.append(row | {key: round(value, 6) for key, value in zip(("mean", "pixel", "rms"), worst, strict=True)})
     text = "  ".join(f"{r['samples']:>4}: {r['mean']:8.3%} {r['pixel']:8.2%} {r['rms']:7.2%}" for r in rows)
-    print(f"{light:14}{name:24}{text}", flush=True)
+    print(f"{light:14}{name:28}{text}", flush=True)
     return rows
 
 

@@ -312,13 +312,17 @@ float32, 1e-5 of this; and the densities of a sampled area differ little there."
 MESH_LIGHT_EXACT = wp.constant(64)
 """Triangles of a mesh light that are all summed exactly where it counts as a whole; of more, far clusters are not."""
 
-CLUSTER_SIZE = wp.constant(1.0 / 24.0)
+CLUSTER_SIZE = wp.constant(1.0 / 16.0)
 """Radius, by its distance, below which a cluster of a mesh light's triangles counts as one patch: what
 these send is within 0.5 %, at grazing angles 1 %."""
 
 SHADOW_END = wp.constant(1.0 - 2.0**-13)
 """Part of the way to a sampled point of a light on which something can stand before it: a mesh that shows the lamp, in
 the light's own surface, does not."""
+
+LIGHT_CLEARANCE = wp.constant(2.0**-11)
+"""Height above a mesh light at which a shadow ray to it ends where it counts as a whole, by the length of the ray: a
+few times what rays start off a surface, which is 2^-19 of the coordinates."""
 
 GLOSS_SHARE = wp.constant(0.5)
 """Part of a light's samples that goes where a surface mirrors the viewer, if it does nothing else."""
@@ -372,6 +376,38 @@ were where its light comes from in the mean."""
 FAR_FOCUS = wp.constant(0.25)
 """The same for a focus, by the angle in which it falls to 1 / e: the mean over a rectangle is off by a 12th of its
 square, half a percent."""
+
+WIDE_PIECE = wp.constant(0.35)
+"""Half angle [rad] beyond which a piece of a shaped mesh light's triangle is halved, whatever its radiance: what its
+points send differs, by distance and cosines, too much for three of them to tell the mean radiance."""
+
+SMALL_PIECE = wp.constant(0.1)
+"""Radius, by its distance, up to which three points tell what a piece sends, too: the rule is exact for parabolas."""
+
+FOCUS_PIECE = wp.constant(0.4)
+"""Half angle of a piece, by the angle in which a focused light falls to 1 / e, for three points to tell its mean."""
+
+HORIZON_PIECE = wp.constant(0.1)
+"""The same of one that the horizon may cut: the points tell little of what is left."""
+
+PROFILE_PIECE = wp.constant(0.5)
+"""Half angle of a piece, in cells of the light's profile."""
+
+RIM_PIECE = wp.constant(1.0 / 12.0)
+"""Half angle of a piece that a cone's rim or a profile's end cuts, by that of the cone, of all of the light, or by how
+far the cone reaches into it."""
+
+SLIVER_PIECE = wp.constant(0.05)
+"""Least of that reach, by the light's half angle: less is far darker than what is in the middle of the cone."""
+
+SOFT_PIECE = wp.constant(0.125)
+"""Half angle, by the width of a cone's soft rim, up to which pieces there are not halved."""
+
+FINEST_PIECE = wp.constant(1.0 / 96.0)
+"""Half angle, by that of all of the light, below which a profile halves no piece."""
+
+PIECES_MAX = wp.constant(1 << 22)
+"""Number from which pieces are not halved: those are 2^-22 of their triangle, under the surface itself."""
 
 LARGE_DISK = wp.constant(2.0)
 """Distance of a disk's centre, in diagonals of the square on its half axes, up to which its solid angle is cut."""

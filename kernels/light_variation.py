@@ -37,6 +37,8 @@ def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int
     if end >= wp.pi:
         return EVEN
     d2 = wp.length_sq(to_center)
+    if d2 <= size2:
+        return CUT  # from within the ball its points may be in any direction
     half = half_angle(size2, d2)
     cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(wp.max(d2, 1.0e-30))
     theta = wp.acos(wp.clamp(cosine, -1.0, 1.0))
@@ -92,8 +94,8 @@ def profile_cell(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: 
 
 
 @wp.func
-def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
-    """Return whether a part looks so small that the light's profile does not tell its points apart.
+def is_profile_cut(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
+    """Return whether an end of a light's profile, beyond which it is dark, goes through a part.
 
     Args:
         scene: Profiles.
@@ -103,6 +105,19 @@ def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_cente
     """
     profile = scene.profiles[light.profile]
     theta = angle_to_axis(light, wp.normalize(to_center))
-    if wp.abs(theta - profile.first_end) <= half or wp.abs(theta - profile.last_end) <= half:
+    return wp.abs(theta - profile.first_end) <= half or wp.abs(theta - profile.last_end) <= half
+
+
+@wp.func
+def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
+    """Return whether a part looks so small that the light's profile does not tell its points apart.
+
+    Args:
+        scene: Profiles.
+        light: One with a profile.
+        to_center: From the surface to the part's centre.
+        half: The part's :func:`half_angle`.
+    """
+    if is_profile_cut(scene, light, to_center, half):
         return False
     return half <= FAR_PROFILE * profile_cell(scene, light, to_center, half)

@@ -222,6 +222,8 @@ class LightCluster:
     """Of the ball about it that holds them."""
     area: wp.vec3
     """Sum of their normals, each as long as its triangle is large."""
+    moment: wp.mat33
+    """Sum of the outer products of those and their triangles' middles, from the centre: 0 where all lie in a plane."""
     cos_spread: wp.float32
     """Cosine of the largest angle between that and a triangle's normal; 2: it is empty."""
     middle: wp.int32

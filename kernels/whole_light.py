@@ -379,10 +379,10 @@ def whole_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
         position: Of the surface.
         n: Its unit normal.
     """
-    s = LightSample()
     if light.kind == KIND_MESH:
-        s = mesh_light(scene, light, position, n)
-    elif has_closed_form(scene, light, position, n):
+        return mesh_light(scene, light, position, n)
+    s = LightSample()
+    if has_closed_form(scene, light, position, n):
         s = sample_light(light, position)
     else:
         return summed_light(scene, light, position, n)

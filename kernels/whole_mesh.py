@@ -8,10 +8,15 @@ Nature 324: what is small as seen from a point acts as if all of it were at its 
 
 import warp as wp
 
-from .constants import CLUSTER_SIZE, MESH_LIGHT_EXACT, SHADOW_END
-from .light import LightSample, cone_factor, edge_irradiance, patch_irradiance
+from .codes import VARIED
+from .constants import CLUSTER_SIZE, LIGHT_CLEARANCE, MESH_LIGHT_EXACT
+from .light import LightSample, patch_irradiance
+from .light_triangle import VisiblePart, middle_of, triangle_irradiance
+from .light_variation import CUT, DARK
 from .sample_mesh import next_cluster
+from .shaped_mesh import Grain, grain_of, patch_view, shade_patch, shaped_triangle
 from .structs import LightCluster, LightData, LightMeshData, LightTriangle, SceneData
+from .vector import face_forward
 
 OUT_OF_SIGHT = wp.constant(0)
 """What :func:`cluster_view` says of a cluster: nothing of it shines on the surface,"""
@@ -19,71 +24,6 @@ ONE_PATCH = wp.constant(1)
 """all of it does, from so far that it acts as one patch,"""
 CUT_UP = wp.constant(2)
 """or neither."""
-
-
-@wp.struct
-class VisiblePart:
-    """What of a triangle is above a surface's horizon."""
-
-    irradiance: wp.vec3
-    """Vector irradiance from it for radiance 1, either sign."""
-    center: wp.vec3
-    """Mean of its corners, from the surface."""
-
-
-@wp.func
-def add_edge(part: wp.ref[VisiblePart], a: wp.vec3, b: wp.vec3):
-    """Add an edge of the visible polygon, from a corner to the next one, as seen from the surface."""
-    part.irradiance += 0.5 * edge_irradiance(wp.normalize(a), wp.normalize(b))
-    part.center += a
-
-
-@wp.func
-def triangle_irradiance(triangle: LightTriangle, position: wp.vec3, n: wp.vec3) -> VisiblePart:
-    """Return the vector irradiance at a surface from what is above its horizon of a triangle of radiance 1.
-
-    The triangle is clipped at the horizon, then its edges are summed by Lambert's formula.
-
-    Args:
-        triangle: World space.
-        position: Of the surface.
-        n: Its unit normal.
-
-    Reference: Sutherland and Hodgman (1974), Reentrant Polygon Clipping, CACM 17(1), against one plane.
-    """
-    part = VisiblePart()
-    a = triangle.origin - position
-    leaves = wp.vec3(0.0, 0.0, 0.0)
-    enters = wp.vec3(0.0, 0.0, 0.0)
-    corners = float(0.0)
-    is_cut = int(0)
-    for k in range(3):
-        b = triangle.origin - position
-        if k == 0:
-            b = b + triangle.side_x
-        elif k == 1:
-            b = b + triangle.side_y
-        height_a = wp.dot(n, a)
-        height_b = wp.dot(n, b)
-        if height_a > 0.0 and height_b > 0.0:
-            add_edge(part, a, b)
-            corners += 1.0
-        elif height_a > 0.0 or height_b > 0.0:
-            is_cut = 1
-            crossing = a + (b - a) * (height_a / (height_a - height_b))
-            corners += 1.0
-            if height_a > 0.0:
-                leaves = crossing
-                add_edge(part, a, crossing)
-            else:
-                enters = crossing
-                add_edge(part, crossing, b)
-        a = b
-    if is_cut != 0:
-        add_edge(part, leaves, enters)
-        corners += 1.0
-    part.center = part.center / wp.max(corners, 1.0)
-    return part
 
 
 @wp.func
@@ -124,20 +64,36 @@ def cluster_view(cluster: LightCluster, is_double_sided: int, position: wp.vec3,
 
 
 @wp.func
-def triangle_part(
-    mesh: LightMeshData, triangle: LightTriangle, position: wp.vec3, n: wp.vec3, far: float
-) -> VisiblePart:
-    """Return what a triangle of a mesh light sends to a surface: exact but where, far away, it is one patch.
+def cluster_irradiance(cluster: LightCluster, center: wp.vec3) -> wp.vec3:
+    """Return a cluster's vector irradiance for radiance 1, right to first order in its radius by its distance.
+
+    What a triangle of area vector a at c + p sends is -(c + p) (a . (c + p)) / |c + p|^4. Summed up over its triangles
+    the terms without p are those of one patch at the centre; those linear in p need the sum of the products of a and p.
+
+    Args:
+        cluster: One that faces the surface as a whole, by either side.
+        center: Its centre, from the surface.
+    """
+    d2 = wp.length_sq(center)
+    m = cluster.moment
+    seen = wp.dot(cluster.area, center)
+    along = wp.dot(m * center, center)
+    flux = center * (seen + wp.trace(m) - 4.0 * along / d2) + wp.transpose(m) * center
+    return flux * (wp.sign(seen) / (d2 * d2))
+
+
+@wp.func
+def triangle_part(mesh: LightMeshData, triangle: LightTriangle, n: wp.vec3, far: float) -> VisiblePart:
+    """Return what a triangle of a mesh light of even radiance sends to a surface.
 
     Args:
         mesh: The light's.
-        triangle: World space.
-        position: Of the surface.
-        n: Its unit normal.
+        triangle: Its origin as seen from the surface.
+        n: The surface's unit normal.
         far: As in :func:`cluster_view`.
     """
     part = VisiblePart()
-    center = triangle.origin + (triangle.side_x + triangle.side_y) / 3.0 - position
+    center = middle_of(triangle)
     area = 0.5 * wp.cross(triangle.side_x, triangle.side_y)
     outwards = wp.dot(area, center)
     if outwards >= 0.0 and mesh.is_double_sided == 0:
@@ -150,7 +106,7 @@ def triangle_part(
             part.irradiance = patch_irradiance(center, area)
             part.center = center
         return part
-    part = triangle_irradiance(triangle, position, n)
+    part = triangle_irradiance(triangle, n)
     if outwards < 0.0:
         part.irradiance = -part.irradiance
     return part
@@ -162,18 +118,25 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
 
     Triangles are summed by Lambert's formula, clipped at the horizon. Of more than ``MESH_LIGHT_EXACT``, clusters that
     face the surface as a whole, above its horizon, and whose radius is below ``CLUSTER_SIZE`` of their distance, count
-    as one patch. The shadow ray goes to what adds most.
+    as one patch. Where the light is shaped or has a profile, triangles are cut into pieces, and clusters count as one
+    patch only where its radiance is even over them. The shadow ray goes to what adds most.
 
     Args:
-        scene: Lights' triangles and clusters.
+        scene: Lights' triangles and clusters, profiles.
         light: The light.
         position: Of the surface.
         n: Its unit normal.
     """
     mesh = scene.light_meshes[light.mesh]
+    is_even = (light.varies & VARIED) == 0
     far = CLUSTER_SIZE if mesh.count > MESH_LIGHT_EXACT else 0.0
+    grain = Grain()
+    if not is_even:
+        grain = grain_of(scene, light, mesh, position)
     flux = wp.vec3(0.0, 0.0, 0.0)
+    arriving = wp.vec3(0.0, 0.0, 0.0)
     to_target = wp.vec3(0.0, 0.0, 0.0)
+    normal = wp.vec3(0.0, 0.0, 0.0)
     most = float(0.0)
     node = int(1)
     while True:
@@ -182,19 +145,36 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
         if node >= mesh.leaves:
             row = node - mesh.leaves
             if row < mesh.count:
-                part = triangle_part(mesh, scene.light_triangles[mesh.offset + row], position, n, far)
+                triangle = scene.light_triangles[mesh.offset + row]
+                triangle.origin = triangle.origin - position
+                if is_even:
+                    part = triangle_part(mesh, triangle, n, far)
+                else:
+                    part = shaped_triangle(scene, light, mesh, triangle, n, grain)
+                part.normal = wp.cross(triangle.side_x, triangle.side_y)
         else:
             cluster = scene.light_clusters[mesh.clusters + node]
             view = cluster_view(cluster, mesh.is_double_sided, position, n, far)
+            center = cluster.center - position
+            if view != OUT_OF_SIGHT and not is_even:
+                shape = patch_view(scene, light, center, cluster.radius * cluster.radius)
+                if shape == DARK:
+                    view = int(OUT_OF_SIGHT)
+                elif shape == CUT:
+                    view = int(CUT_UP)
             if view == ONE_PATCH:
-                part.irradiance = patch_irradiance(cluster.center - position, cluster.area)
-                triangle = scene.light_triangles[mesh.offset + cluster.middle]
-                part.center = triangle.origin + (triangle.side_x + triangle.side_y) / 3.0 - position
+                part.irradiance = cluster_irradiance(cluster, center)
+                part.normal = cluster.area
+                part.center = middle_of(scene.light_triangles[mesh.offset + cluster.middle]) - position
+                if not is_even:
+                    shade_patch(scene, light, n, center, part)
         flux += part.irradiance
+        arriving += part.arriving
         amount = wp.length(part.irradiance)
         if amount > most:
             most = amount
             to_target = part.center
+            normal = part.normal
         node = next_cluster(node, view == CUT_UP)
         if node == 1:
             break
@@ -202,9 +182,13 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
     total = wp.length(flux)
     if total == 0.0:
         return s
-    distance = wp.length(to_target)
+    # Short of the mesh itself, also where the ray, which starts a little off the surface, grazes it.
+    to_target -= face_forward(wp.normalize(normal), to_target) * (wp.length(to_target) * LIGHT_CLEARANCE)
     s.wi = flux / total
-    s.to_shadow = to_target / distance
-    s.distance = distance * SHADOW_END
-    s.irradiance = wp.cw_mul(light.emission * total, cone_factor(light, wp.dot(s.to_shadow, light.axis_z), 0.0))
+    s.distance = wp.length(to_target)
+    s.to_shadow = to_target / s.distance
+    if is_even:
+        s.irradiance = light.emission * total
+    else:
+        s.irradiance = arriving / wp.max(wp.dot(n, s.wi), 1.0e-30)
     return s

@@ -32,10 +32,14 @@ def light_clusters(corners: np.ndarray) -> np.ndarray:
     areas[leaves - padding :] = 0
     sizes = np.linalg.norm(areas, axis=1)
     normals = areas / np.where(sizes > 0, sizes, 1)[:, None]
-    moments = corners.mean(axis=1) * sizes[:, None]
+    middles = corners.mean(axis=1)
+    moments = middles * sizes[:, None]
+    products = areas[:, :, None] * middles[:, None, :]
     count = 1
     while count < leaves:
-        area, size, moment = (of.reshape(count, -1, *of.shape[1:]).sum(axis=1) for of in (areas, sizes, moments))
+        area, size, moment, product = (
+            of.reshape(count, -1, *of.shape[1:]).sum(axis=1) for of in (areas, sizes, moments, products)
+        )
         points = corners.reshape(count, -1, 3)
         center = np.where(size[:, None] > 0, moment / np.where(size > 0, size, 1)[:, None], points[:, 0])
         axis = area / np.maximum(np.linalg.norm(area, axis=1), 1e-300)[:, None]
@@ -43,6 +47,7 @@ def light_clusters(corners: np.ndarray) -> np.ndarray:
         lowest = np.where(sizes.reshape(count, -1) > 0, cosines, 1).min(axis=1)
         rows = table[count : 2 * count]
         rows["center"], rows["area"] = center, area
+        rows["moment"] = product - area[:, :, None] * center[:, None, :]
         reach = np.linalg.norm(points - center[:, None], axis=2).max(axis=1)
         rows["radius"] = reach + _ROUNDING * (reach + np.abs(center).max(axis=1))
         rows["cos_spread"] = np.where(size > 0, lowest, _EMPTY)

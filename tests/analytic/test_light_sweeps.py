@@ -11,16 +11,16 @@ from warp_rt import Renderer, RenderOptions, load_scene
 
 from ..benchmark_modules import load
 
-light_sweeps, radiometry = load("light_sweeps"), load("radiometry")
+light_sweeps, mesh_sweeps, radiometry = load("light_sweeps"), load("mesh_sweeps"), load("radiometry")
 ACROSS = 6
-TYPES = (*light_sweeps.AREA_LIGHTS, "DistantLight", "DomeLight")
+TYPES = (*light_sweeps.AREA_LIGHTS, "DistantLight", "DomeLight", "MeshLight")
 
 
 @pytest.fixture(scope="module")
 def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict:
     files = light_sweeps.write_files(tmp_path_factory.mktemp("lights"))
     found: dict = {}
-    for light, name, frames in light_sweeps.sweeps(files):
+    for light, name, frames in (*light_sweeps.sweeps(files), *mesh_sweeps.sweeps(files)):
         found.setdefault(light, {})[name] = frames
     return found
 
@@ -29,12 +29,13 @@ def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict:
 def test_floors_within_one_percent(light: str, sweeps: dict) -> None:
     """Each pixel away from the terminator; distant lights to a thousandth, means to half a percent."""
     points = light_sweeps.floor_points(ACROSS)
+    module = mesh_sweeps if light == "MeshLight" else light_sweeps
     pixel_goal, mean_goal = (1e-3, 1e-3) if light == "DistantLight" else (0.01, 0.005)
     for name, frames in sweeps[light].items():
         frame = frames[len(frames) // 2]
-        scene = load_scene(light_sweeps.make_stage([frame]), time=0)
+        scene = load_scene(module.make_stage([frame]), time=0, render_pass=module.PASS)
         film = Renderer(scene, RenderOptions(width=ACROSS, height=ACROSS), device="cpu").render()
-        mean, pixel, _ = radiometry.errors_of(film.color.reshape(-1, 3), light_sweeps.expected(frame, points))
+        mean, pixel, _ = radiometry.errors_of(film.color.reshape(-1, 3), module.expected(frame, points))
         assert (abs(mean) < mean_goal, abs(pixel) < pixel_goal) == (True, True), (name, mean, pixel)
         assert not [d for d in scene.diagnostics if d.code.startswith("W")], name
 

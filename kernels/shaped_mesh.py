@@ -1,0 +1,327 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What arrives from a triangle, or a cluster of triangles, of a mesh light that is shaped or has a profile.
+
+A triangle is halved through its longest side, and its halves again, until what is left is a piece over which the
+light's radiance hardly varies: where a cone's rim, a sharp focus or a fine profile is, or the surface near, pieces are
+small, elsewhere large. Halves 2 k and 2 k + 1 are those of piece k, so that no stack is needed to go through them.
+
+Reference: Rivara (1984), Algorithms for Refining Triangular Grids Suitable for Adaptive and Multigrid Techniques,
+International Journal for Numerical Methods in Engineering 20(4).
+"""
+
+import warp as wp
+
+from .constants import (
+    FAR_FOCUS,
+    FINEST_PIECE,
+    FOCUS_PIECE,
+    HORIZON_PIECE,
+    PIECES_MAX,
+    PROFILE_PIECE,
+    RIM_PIECE,
+    SLIVER_PIECE,
+    SMALL_PIECE,
+    SOFT_PIECE,
+    WIDE_PIECE,
+)
+from .emission import EmissionCell, mean_emission
+from .light_triangle import VisiblePart, middle_of, triangle_irradiance
+from .light_variation import (
+    CUT,
+    DARK,
+    EVEN,
+    angle_to_axis,
+    cone_view,
+    focus_rate,
+    half_angle,
+    is_profile_cut,
+    is_profile_even,
+    profile_cell,
+)
+from .sample_mesh import next_cluster
+from .structs import LightData, LightMeshData, LightTriangle, SceneData
+from .vector import max_magnitude
+
+RIM = wp.constant(3)
+"""What :func:`piece_view` says besides: a cone's or a profile's end cuts a piece that is as small as such ones get."""
+
+
+@wp.func
+def ball_square(triangle: LightTriangle) -> float:
+    """Return the squared radius of the ball about a triangle's middle that holds it."""
+    middle = (triangle.side_x + triangle.side_y) / 3.0
+    size2 = wp.max(wp.length_sq(middle), wp.length_sq(triangle.side_x - middle))
+    return wp.max(size2, wp.length_sq(triangle.side_y - middle))
+
+
+@wp.func
+def half_triangle(triangle: LightTriangle, is_second: bool) -> LightTriangle:
+    """Return one of the two triangles that a cut from the middle of the longest side makes, wound as it is."""
+    x = triangle.side_x
+    y = triangle.side_y
+    x2 = wp.length_sq(x)
+    y2 = wp.length_sq(y)
+    across2 = wp.length_sq(y - x)
+    half = triangle
+    if x2 >= y2 and x2 >= across2:
+        half.side_x = 0.5 * x
+        if is_second:
+            half.origin = triangle.origin + 0.5 * x
+            half.side_y = y - 0.5 * x
+    elif y2 >= across2:
+        half.side_y = 0.5 * y
+        if is_second:
+            half.origin = triangle.origin + 0.5 * y
+            half.side_x = x - 0.5 * y
+    elif is_second:
+        half.side_x = 0.5 * (x + y)
+    else:
+        half.side_y = 0.5 * (x + y)
+    return half
+
+
+@wp.func
+def piece_of(triangle: LightTriangle, node: int) -> LightTriangle:
+    """Return a piece of a triangle, which itself is piece 1; the halves of piece k are 2 k and 2 k + 1."""
+    bit = int(1)
+    while 2 * bit <= node:
+        bit = 2 * bit
+    piece = triangle
+    while bit > 1:
+        bit = bit / 2
+        piece = half_triangle(piece, (node / bit) % 2 == 1)
+    return piece
+
+
+@wp.struct
+class Grain:
+    """How small pieces of a mesh light's triangles get, as seen from a surface: half angles [rad]."""
+
+    rim: wp.float32
+    """Of those that the end of a cone or a profile cuts."""
+    finest: wp.float32
+    """Of those that are cut for their profile."""
+
+
+@wp.func
+def grain_of(scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMeshData, position: wp.vec3) -> Grain:
+    """Return how small pieces of a mesh light get: by how large it looks, how wide its cone is, and what that leaves.
+
+    Args:
+        scene: Lights' triangles and clusters.
+        light: The light.
+        mesh: Its triangles.
+        position: Of the surface.
+    """
+    triangle = scene.light_triangles[mesh.offset]
+    center = middle_of(triangle)
+    size2 = ball_square(triangle)
+    if mesh.leaves > 1:
+        whole = scene.light_clusters[mesh.clusters + 1]
+        center = whole.center
+        size2 = whole.radius * whole.radius
+    half = half_angle(size2, wp.length_sq(center - position))
+    reach = light.cone_angle - angle_to_axis(light, wp.normalize(center - position)) + half
+    grain = Grain()
+    grain.rim = RIM_PIECE * wp.max(wp.min(wp.min(light.cone_angle, half), reach), SLIVER_PIECE * half)
+    grain.finest = FINEST_PIECE * half
+    return grain
+
+
+@wp.func
+def patch_view(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int:
+    """Return whether a light's radiance is the same all over a part of it, DARK or EVEN, or CUT: it is not.
+
+    Args:
+        scene: Profiles.
+        light: The light.
+        to_center: From the surface to the part's centre.
+        size2: Squared radius of the ball that holds it.
+    """
+    view = cone_view(light, to_center, size2)
+    if view != EVEN:
+        return view
+    half = half_angle(size2, wp.length_sq(to_center))
+    if light.focus > 0.0 and half * focus_rate(light, to_center, half) > FAR_FOCUS:
+        return CUT
+    if light.profile >= 0 and not is_profile_even(scene, light, to_center, half):
+        return CUT
+    return EVEN
+
+
+@wp.func
+def shade_patch(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], n: wp.vec3, to_center: wp.vec3, part: wp.ref[VisiblePart]
+):
+    """Make of what a patch of radiance 1 sends what one of the light's radiance at its centre does."""
+    wi = wp.normalize(to_center)
+    cell = EmissionCell()
+    radiance = mean_emission(scene, light, wp.vec3(0.0, 0.0, 0.0), wi, 1.0, cell)
+    part.arriving = radiance * wp.dot(n, part.irradiance)
+    part.irradiance = part.irradiance * max_magnitude(radiance)
+
+
+@wp.func
+def piece_view(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], piece: LightTriangle, n: wp.vec3, grain: Grain
+) -> int:
+    """Return whether a piece of a triangle is DARK, has an EVEN radiance, is at its RIM, or has to be CUT.
+
+    Args:
+        scene: Profiles.
+        light: The light.
+        piece: Its origin as seen from the surface.
+        n: The surface's unit normal.
+        grain: How small pieces get.
+    """
+    middle = middle_of(piece)
+    size2 = ball_square(piece)
+    height = wp.dot(n, middle)
+    is_low = height * height < size2
+    if height <= 0.0 and not is_low:
+        return DARK
+    view = cone_view(light, middle, size2)
+    if view == DARK:
+        return DARK
+    half = half_angle(size2, wp.length_sq(middle))
+    if half > WIDE_PIECE:
+        return CUT
+    if view == CUT:
+        soft = light.cone_angle * light.cone_softness
+        if half > wp.max(grain.rim, SOFT_PIECE * soft):
+            return CUT
+        view = RIM if soft < half / SOFT_PIECE else int(EVEN)
+    limit = HORIZON_PIECE if is_low else FOCUS_PIECE
+    if light.focus > 0.0 and half * focus_rate(light, middle, half) > limit:
+        return CUT
+    if light.profile >= 0:
+        if is_profile_cut(scene, light, middle, half):
+            if half > grain.rim:
+                return CUT
+            view = int(RIM)
+        if half > wp.max(PROFILE_PIECE * profile_cell(scene, light, middle, half), grain.finest):
+            return CUT
+    return view
+
+
+@wp.func
+def add_piece(
+    total: wp.ref[VisiblePart],
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    piece: LightTriangle,
+    n: wp.vec3,
+    view: int,
+) -> float:
+    """Add what a piece of a triangle sends to a surface; return by how much, brightest colour.
+
+    That is what it would send with radiance 1, times its mean radiance by three points, the middles of its sides.
+
+    Args:
+        total: Its centre is weighed with what is returned.
+        scene: Profiles.
+        light: The light.
+        piece: Its origin as seen from the surface, which its shining side faces.
+        n: The surface's unit normal.
+        view: Of the piece: EVEN or RIM.
+
+    Reference: Strang and Fix (1973), An Analysis of the Finite Element Method, table 4.1: exact for parabolas.
+    """
+    x = piece.side_x
+    y = piece.side_y
+    area = wp.cross(x, y) / 6.0  # a third of it for each point
+    a = piece.origin + 0.5 * x
+    b = piece.origin + 0.5 * (x + y)
+    c = piece.origin + 0.5 * y
+    cell = EmissionCell()
+    if view == RIM:
+        angle_a = angle_to_axis(light, wp.normalize(a))
+        angle_b = angle_to_axis(light, wp.normalize(b))
+        angle_c = angle_to_axis(light, wp.normalize(c))
+        mean = (angle_a + angle_b + angle_c) / 3.0
+        # Each stands for a quarter of the triangle about it.
+        cell.spread = (20.0 / 12.0) * (
+            (angle_a - mean) * (angle_a - mean)
+            + (angle_b - mean) * (angle_b - mean)
+            + (angle_c - mean) * (angle_c - mean)
+        )
+    radiance = wp.vec3(0.0, 0.0, 0.0)
+    flux = wp.vec3(0.0, 0.0, 0.0)
+    whole = float(0.0)
+    for k in range(wp.int32(3)):
+        p = a
+        if k == 1:
+            p = b
+        elif k == 2:
+            p = c
+        d2 = wp.max(wp.length_sq(p), 1.0e-30)
+        wi = p / wp.sqrt(d2)
+        patch = wi * (wp.abs(wp.dot(area, wi)) / d2)
+        flux += patch
+        weight = wp.dot(n, patch)
+        if weight > 0.0:
+            radiance += mean_emission(scene, light, wp.vec3(0.0, 0.0, 0.0), wi, 1.0, cell) * weight
+            whole += weight
+    middle = middle_of(piece)
+    size2 = ball_square(piece)
+    height = wp.dot(n, middle)
+    center = middle
+    if height * height < size2 or size2 > SMALL_PIECE * SMALL_PIECE * wp.length_sq(middle):
+        part = triangle_irradiance(piece, n)
+        flux = part.irradiance
+        if wp.dot(area, middle) < 0.0:
+            flux = -flux
+        center = part.center
+    if whole > 0.0:
+        radiance = radiance / whole
+    else:
+        radiance = mean_emission(scene, light, wp.vec3(0.0, 0.0, 0.0), wp.normalize(center), 1.0, cell)
+    brightness = max_magnitude(radiance)
+    amount = brightness * wp.length(flux)
+    total.irradiance += flux * brightness
+    total.arriving += radiance * wp.max(wp.dot(n, flux), 0.0)
+    total.center += center * amount
+    return amount
+
+
+@wp.func(inline=False)
+def shaped_triangle(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    mesh: LightMeshData,
+    triangle: LightTriangle,
+    n: wp.vec3,
+    grain: Grain,
+) -> VisiblePart:
+    """Return what a triangle of a mesh light sends to a surface, its radiance varying: the sum over its pieces.
+
+    Args:
+        scene: Profiles.
+        light: The light.
+        mesh: Its triangles.
+        triangle: One of them, its origin as seen from the surface.
+        n: The surface's unit normal.
+        grain: How small pieces get.
+    """
+    total = VisiblePart()
+    if mesh.is_double_sided == 0 and wp.dot(wp.cross(triangle.side_x, triangle.side_y), triangle.origin) >= 0.0:
+        return total
+    sum_of_amounts = float(0.0)
+    piece = triangle
+    node = int(1)
+    while True:
+        view = piece_view(scene, light, piece, n, grain)
+        is_cut = view == CUT and node < PIECES_MAX
+        if is_cut:
+            node = 2 * node
+            piece = half_triangle(piece, False)
+        else:
+            if view != DARK:
+                sum_of_amounts += add_piece(total, scene, light, piece, n, view)
+            node = next_cluster(node, False)
+            if node == 1:
+                break
+            piece = piece_of(triangle, node)
+    total.center = total.center / wp.max(sum_of_amounts, 1.0e-30)
+    return total
