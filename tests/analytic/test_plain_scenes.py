@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import warp_rt.renderer
+import warp_rt.render_kernels
 from tests.analytic.scenes import box, chart, distant, preview, scene_of, square, whitted
 from warp_rt import Renderer, RenderOptions, Scene, load_scene
 from warp_rt.constant_inputs import with_constant_inputs
@@ -37,7 +37,7 @@ def test_both_kernels_draw_the_same_bits(name: str, monkeypatch: pytest.MonkeyPa
     options = RenderOptions(width=96, spp=2, aovs=("depth", "normal", "uv", "primId"))
     assert is_drawn_plainly(scene, options)
     plain = Renderer(scene, options, device="cpu").render()
-    monkeypatch.setattr(warp_rt.renderer, "is_plain", lambda scene, options: False)
+    monkeypatch.setattr(warp_rt.render_kernels, "is_plain", lambda scene, options: False)
     other = Renderer(scene, options, device="cpu").render()
     for aov in plain.aovs:
         np.testing.assert_array_equal(plain.aovs[aov], other.aovs[aov], err_msg=aov)

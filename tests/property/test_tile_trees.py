@@ -12,7 +12,7 @@ import pytest
 import warp as wp
 
 import warp_rt
-from warp_rt import Film, Renderer, RenderOptions, renderer
+from warp_rt import Film, Renderer, RenderOptions, worker_scratch
 from warp_rt.kernels.constants import RAY_LISTS
 from warp_rt.kernels.list_rays import gather_shadow_rays, gather_tasks, list_shadow_rays, list_tasks
 from warp_rt.kernels.structs import RayTask, ShadowRay
@@ -88,7 +88,7 @@ def test_every_option(stage: str, options: dict[str, object]) -> None:
 def test_what_finds_no_room(stage: str, spp: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for few nodes beyond those of the eye rays, and for so few shadow rays that sums are torn apart."""
     small = functools.partial(make_tile_trees, nodes=600, shadow_rays=7)
-    monkeypatch.setattr(renderer, "make_tile_trees", small)
+    monkeypatch.setattr(worker_scratch, "make_tile_trees", small)
     scene, camera = (busy_scene(), BUSY_CAMERA) if stage == "busy" else (scene_of(stage), None)
     assert_same(*both(scene, camera, spp=spp, threshold=0.0, light_samples=2))
 
