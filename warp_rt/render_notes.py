@@ -47,6 +47,10 @@ def _view_notes(
     if has_extent and not options.light_samples:
         message = "lights of some size and domes cast sharp shadows or none: light samples make them soft"
         yield Diagnostic("N907", source, message)
+    if options.light_samples and not has_extent:
+        yield Diagnostic(
+            "N935", source, "light samples: there is no dome, and no light has an extent: shadows stay sharp"
+        )
     for aov in absent_aovs:
         yield Diagnostic("N933", source, f"nothing that is drawn has the AOV {aov}: 0 everywhere")
 

@@ -408,6 +408,9 @@ def test_framing_and_headlight_are_notes(folder: Path) -> None:
         (light("DomeLight"), 0, ["N901", "N907"]),
         (light("SphereLight"), 2, ["N901"]),
         (light("SphereLight", "bool treatAsPoint = true"), 0, ["N901"]),
+        (light("SphereLight", "bool treatAsPoint = true"), 2, ["N901", "N935"]),
+        (light("DomeLight"), 2, ["N901"]),
+        ("", 2, ["N901", "N902", "N935"]),
         (light("DistantLight", "float inputs:angle = 0"), 0, ["N901"]),
     ],
 )
@@ -439,6 +442,7 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
         "N931",
         "N932",
         "N933",
+        "N935",
     }
 
 

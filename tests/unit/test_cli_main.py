@@ -146,6 +146,7 @@ def test_no_command_shows_the_help_on_stderr(capfd):
     out, err = capfd.readouterr()
     assert out == ""
     assert "usage: warp-rt COMMAND" in err
+    assert err.splitlines()[-1] == "warp-rt: error: a command is missing; to render a stage: warp-rt render SCENE"
 
 
 def test_help_goes_to_stdout(capfd):

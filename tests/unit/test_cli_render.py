@@ -528,3 +528,14 @@ def test_sums_over_a_sequence():
     assert [level["nodes"] for level in run["rays"]["per_depth"]] == [20, 10, 3]
     assert run["warnings"] == [{"code": "W101", "prim": "/a", "message": "dropped"}]
     assert [frame["frame"] for frame in run["frames"]] == [1.0, 2.0]
+
+
+def test_the_last_line_names_the_files_and_is_not_mistaken_about_their_size(stage, capfd):
+    size = ["-w", str(WIDTH)]
+    assert main(["render", str(stage), "-o", "a.png", "--aov", "color,depth", *size]) == 0
+    assert f"a.png and a.depth.npy: {WIDTH} x {HEIGHT}, " in capfd.readouterr().err
+    # The picture of a cost is larger, for its legend.
+    assert main(["render", str(stage), "-o", "c.png", "--aov", "rays", *size]) == 0
+    assert f"c.png and c.rays.npy: costs of {WIDTH} x {HEIGHT} pixels, " in capfd.readouterr().err
+    assert main(["render", str(stage), "-o", "d.png", "--aov", "color,depth,uv,normal,position", *size]) == 0
+    assert "d.png to d.position.npy, 5 files: " in capfd.readouterr().err

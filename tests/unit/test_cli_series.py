@@ -69,7 +69,8 @@ def test_default_folder_has_the_scenes_name(folder, capfd):
     assert main(["series", str(SCENE), "--depths", "1:2", *SIZE]) == 0
     out, err = capfd.readouterr()
     assert out == ""
-    assert "mirror_teapot_series/series.png and 3 more: 80 x 60, 1 spp" in err
+    assert "mirror_teapot_series/series.png, mirror_teapot_series/depth_1.png, " in err
+    assert ": 80 x 60, 1 spp" in err
     assert {path.name for path in (folder / "mirror_teapot_series").iterdir()} == {
         *("series.png", "depth_1.png", "depth_2.png", "change_2.png")
     }
@@ -134,3 +135,9 @@ def test_files_of_the_scene_are_spared(folder, capfd):
     copy.symlink_to(SCENE)
     assert main(["series", str(copy), "-o", "s", "--depths", "1:2", *SIZE]) == 6
     assert "s/depth_1.png: the scene reads this file" in capfd.readouterr().err
+
+
+def test_a_series_is_of_one_frame(folder, capfd):
+    assert main(["series", str(SCENE), "--frames", "1:2", *SIZE]) == 2
+    assert "--frames: one frame expected, got 2" in capfd.readouterr().err
+    assert list(folder.iterdir()) == []

@@ -119,7 +119,7 @@ def Camera "Eye"
         found = json.loads(tree(capfd, "32", "24", "--json", *frames, stage=str(stage))[0])
         assert found["nodes"][0]["prim"] == met
     _, err = tree(capfd, "32", "24", "--frames", "1:2", stage=str(stage), code=2)
-    assert "--frames: a tree is of one frame, got 2" in err
+    assert "--frames: one frame expected, got 2" in err
 
 
 def test_dot(capfd: pytest.CaptureFixture[str]) -> None:

@@ -45,6 +45,20 @@ def parse_frames(spec: str) -> tuple[Fraction, ...]:
     return tuple(frames)
 
 
+def parse_frame(spec: str | None) -> float | None:
+    """Return the time code of a command that makes one frame; None where none is asked for.
+
+    Raises:
+        OptionError: The specification cannot be read, or names several.
+    """
+    if spec is None:
+        return None
+    frames = parse_frames(spec)
+    if len(frames) > 1:
+        raise OptionError(f"frames: one frame expected, got {len(frames)}")
+    return float(frames[0])
+
+
 def has_placeholder(path: Path) -> bool:
     """Return whether a file name holds a place for a frame number."""
     return "#" in path.name

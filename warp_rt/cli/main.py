@@ -70,6 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     terminal = Terminal(PROGRAM)
     if not arguments:
         terminal.text(_usage())
+        terminal.error(f"a command is missing; to render a stage: {PROGRAM} render SCENE")
         return OptionError.exit_code
     name, *rest = arguments
     try:

@@ -20,7 +20,7 @@ from warp_rt.cli.stage_input import open_refined_stage, read_moment, read_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OptionError
-from warp_rt.image.outputs import check_writable, planned_files
+from warp_rt.image.outputs import check_writable, has_legend, planned_files
 from warp_rt.image.tone import check_display
 from warp_rt.options import RenderOptions
 from warp_rt.report import Diagnostic
@@ -103,7 +103,7 @@ def make_pictures(
     result["seconds"] |= {"start": start, "total": seconds_since_start()}
     result["seconds"]["load"] += opening
     result["memory"]["peak_bytes"] = peak_memory()
-    terminal.info(summary_line(result))
+    terminal.info(summary_line(result, has_legend=any(has_legend(shot.output, shot.aovs) for shot in shots)))
     tell_rays(terminal, result["rays"])
     terminal.detail(", ".join(f"{stage} {value:.2f} s" for stage, value in result["seconds"].items()))
     if args.json:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from warp_rt.cli.parser import Parser, add_json, add_scene, some_names
 from warp_rt.cli.pictures import make_pictures, plan_shots
 from warp_rt.cli.products import make_products
-from warp_rt.cli.render_arguments import add_machine, add_product, add_quality, add_view, render_options
+from warp_rt.cli.render_arguments import add_frames, add_machine, add_product, add_quality, add_view, render_options
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError
@@ -41,8 +41,7 @@ def parser() -> Parser:
     result = Parser("record", "Render an image from a USD stage, with usdrecord's arguments.", epilog=_EPILOG)
     add_scene(result)
     result.add_argument("output", metavar="OUT", help="image to write")
-    when = add_view(result)
-    when.add_argument("--frames", "-f", metavar="FRAMES", help="time codes to render: 1:24, or --frames=-3:-1")
+    add_frames(add_view(result))
     usdrecord = result.add_argument_group("usdrecord's")
     usdrecord.add_argument(
         "--disableCameraLight", dest="camera_light", action="store_false", help="no light in the camera"

@@ -12,7 +12,15 @@ from warp_rt.cli.frames import parse_frames
 from warp_rt.cli.parser import Parser, add_json, add_scene, some_names
 from warp_rt.cli.pictures import Shot, View, make_pictures, plan_shots
 from warp_rt.cli.products import make_products
-from warp_rt.cli.render_arguments import add_display, add_machine, add_product, add_quality, add_view, render_options
+from warp_rt.cli.render_arguments import (
+    add_display,
+    add_frames,
+    add_machine,
+    add_product,
+    add_quality,
+    add_view,
+    render_options,
+)
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.options import AOVS
@@ -42,8 +50,7 @@ def parser() -> Parser:
     result = Parser("render", "Render an image from a USD stage by Whitted ray tracing.", epilog=_EPILOG)
     add_scene(result)
     result.add_argument("-o", "--output", metavar="OUT", help="image to write (default: SCENE's name, .png, here)")
-    when = add_view(result)
-    when.add_argument("--frames", "-f", metavar="FRAMES", help="time codes to render: 1:24, or --frames=-3:-1")
+    add_frames(add_view(result))
     quality = result.add_argument_group("how it is traced")
     quality.add_argument(
         "--depth", type=int, metavar="N", help="levels of the ray tree, the eye ray's is 1 (default: 7)"

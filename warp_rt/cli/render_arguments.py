@@ -85,6 +85,16 @@ def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
     return when
 
 
+def add_frames(when: argparse._MutuallyExclusiveGroup) -> None:
+    """Add --frames, of which there may be many."""
+    when.add_argument("--frames", "-f", metavar="FRAMES", help="time codes to render: 1:24, or --frames=-3:-1")
+
+
+def add_frame(when: argparse._MutuallyExclusiveGroup) -> None:
+    """Add --frames to a command that makes one."""
+    when.add_argument("--frames", "-f", metavar="FRAME", help="one time code (default: the stage's start)")
+
+
 def add_product(group: argparse._ArgumentGroup) -> None:
     """Add --product."""
     group.add_argument(

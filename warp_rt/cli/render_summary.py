@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from warp_rt.film import Film
     from warp_rt.renderer import Renderer
 
+_NAMED = 4  # files of a summary; of more it names two
 _TRACED = ("primary", "reflection", "refraction", "shadow")
 
 
@@ -78,19 +79,33 @@ def whole_run(frames: Sequence[dict[str, Any]], times: Sequence[float | None]) -
     return run
 
 
-def summary_line(run: dict[str, Any]) -> str:
-    """Return what people want to know at the end."""
-    outputs, seconds = run["outputs"], run["seconds"]
-    rest = f" and {len(outputs) - 1} more" if len(outputs) > 1 else ""
+def summary_line(run: dict[str, Any], *, has_legend: bool = False) -> str:
+    """Return what people want to know at the end.
+
+    Args:
+        run: As ``whole_run`` returns it.
+        has_legend: Whether the picture is of a cost, enlarged perhaps and with a bar beside it.
+    """
+    seconds = run["seconds"]
     rays = sum(run["rays"][kind] for kind in _TRACED)
     where = run["device"] if run["device"] != "cpu" else f"cpu, {_counted(run['threads'], 'thread')}"
     sizes = {(frame["width"], frame["height"]) for frame in run.get("frames", [run])}
     size = f"{run['width']} x {run['height']}" if len(sizes) == 1 else f"{len(sizes)} sizes"
+    if has_legend:
+        size = f"costs of {size} pixels"
     return (
-        f"{outputs[0]}{rest}: {size}, {run['spp']} spp, "
+        f"{_named(run['outputs'])}: {size}, {run['spp']} spp, "
         f"{_geometry(run)}, {_counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
         f"{seconds['total']:.2f} s in all"
     )
+
+
+def _named(files: Sequence[str]) -> str:
+    """Return the names of files, of many those of the first and the last."""
+    if len(files) > _NAMED:
+        return f"{files[0]} to {files[-1]}, {len(files)} files"
+    *others, last = files
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def _geometry(run: dict[str, Any]) -> str:

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warp_rt.cli.columns import in_columns
+from warp_rt.cli.frames import parse_frame
 from warp_rt.cli.parser import Parser, add_json, add_scene
 from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
-from warp_rt.cli.render_arguments import add_display, add_machine, add_quality, add_view, render_options
+from warp_rt.cli.render_arguments import add_display, add_frame, add_machine, add_quality, add_view, render_options
 from warp_rt.cli.render_summary import frame_summary, sum_rays, summary_line
 from warp_rt.cli.stage_input import open_refined_stage, read_stage
 from warp_rt.cli.strict import add_strict
@@ -49,8 +50,7 @@ def parser() -> Parser:
     result = Parser("series", "Render a USD stage at growing depth of the ray tree.", epilog=_EPILOG)
     add_scene(result)
     result.add_argument("-o", "--output", metavar="DIR", help="folder to write to (default: SCENE_series, here)")
-    when = add_view(result)
-    when.add_argument("--frame", "-f", type=float, metavar="CODE", help="time code (default: the stage's start)")
+    add_frame(add_view(result))
     quality = result.add_argument_group("how it is traced")
     quality.add_argument(
         "--depths",
@@ -97,6 +97,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     """Render, compare, write, and tell; return the exit code."""
     options = render_options(args)
     check_display(args.exposure, args.tonemap)
+    frame = parse_frame(args.frames)
     folder = Path(args.output if args.output is not None else f"{Path(args.scene).stem}_series")
     files = series_files(folder, args.depths, args.format)
     _check_folder(folder, files)
@@ -106,7 +107,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     start = seconds_since_start()
     voice = Voice(terminal)
     begin = time.perf_counter()
-    scene = read_stage(open_refined_stage(args, options), args, voice, time=args.frame, outputs=files.all())
+    scene = read_stage(open_refined_stage(args, options), args, voice, time=frame, outputs=files.all())
     load = time.perf_counter() - begin
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
     films, seconds = [], []

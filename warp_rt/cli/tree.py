@@ -8,9 +8,9 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from warp_rt.cli.frames import parse_frames
+from warp_rt.cli.frames import parse_frame
 from warp_rt.cli.parser import Parser, add_json, add_scene
-from warp_rt.cli.render_arguments import add_display, add_machine, add_quality, add_view, render_options
+from warp_rt.cli.render_arguments import add_display, add_frame, add_machine, add_quality, add_view, render_options
 from warp_rt.cli.stage_input import open_refined_stage, read_stage
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
@@ -46,8 +46,7 @@ def parser() -> Parser:
     form.add_argument(
         "--usd", metavar="OUT", type=Path, help="write a USD layer over the scene: the rays as curves, coloured by kind"
     )
-    when = add_view(result)
-    when.add_argument("--frames", "--frame", "-f", metavar="FRAME", help="time code (default: the stage's start)")
+    add_frame(add_view(result))
     quality = result.add_argument_group("how it is traced")
     quality.add_argument(
         "--depth", type=int, metavar="N", help="levels of the ray tree, the eye ray's is 1 (default: 7)"
@@ -65,7 +64,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     options = render_options(args, depth=args.depth)
     check_display(args.exposure, args.tonemap)
     _check_form(args)
-    frame = _frame(args)
+    frame = parse_frame(args.frames)
     from warp_rt.renderer import Renderer
 
     voice = Voice(terminal)
@@ -107,12 +106,3 @@ def _check_form(args: argparse.Namespace) -> None:
 
         check_layer_name(args.usd)
         check_writable(args.usd)
-
-
-def _frame(args: argparse.Namespace) -> float | None:
-    if args.frames is None:
-        return None
-    frames = parse_frames(args.frames)
-    if len(frames) > 1:
-        raise OptionError(f"frames: a tree is of one frame, got {len(frames)}")
-    return float(frames[0])

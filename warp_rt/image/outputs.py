@@ -46,6 +46,11 @@ def picture_of(path: Path, aovs: Iterable[str]) -> str:
     raise OptionError(f"{path}: {path.suffix} holds color or one cost; add color to the AOVs or write an .exr")
 
 
+def has_legend(path: Path, aovs: Iterable[str]) -> bool:
+    """Return whether a picture is that of a cost, with a bar that says what its colours mean."""
+    return format_of(path) != "exr" and picture_of(path, aovs) != "color"
+
+
 def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
     """Return every file that a picture with these AOVs is written to, by what it holds.
 
