@@ -3,6 +3,7 @@
 """UsdUVTexture, UsdPrimvarReader and UsdTransform2d, written as stages of ten lines."""
 
 import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image as PilImage
 from pxr import Sdf, Usd, UsdShade
@@ -91,6 +92,32 @@ def test_wrap_modes(image, token, wrap):
     assert (texture.wrap_s, texture.wrap_t, codes) == (wrap, Wrap.BLACK, [])
     _, texture, _, _ = _texture(f'asset inputs:file = @{image}@\ntoken inputs:wrapT = "{token}"\n{ST}')
     assert (texture.wrap_s, texture.wrap_t) == (Wrap.BLACK, wrap)
+
+
+@pytest.mark.parametrize(
+    ("said", "wraps"),
+    [
+        ("periodic", (Wrap.REPEAT, Wrap.REPEAT)),
+        ("clamp, mirror", (Wrap.CLAMP, Wrap.MIRROR)),
+        ("black,periodic", (Wrap.BLACK, Wrap.REPEAT)),
+        ("spiral", (Wrap.BLACK, Wrap.BLACK)),
+        ("", (Wrap.BLACK, Wrap.BLACK)),
+    ],
+)
+@pytest.mark.parametrize("name", ["image.exr", "image.tif", "deep.tif"])
+def test_files_say_what_lies_beyond_them(tmp_path, said, wraps, name):
+    """OpenEXR's standard attribute, and Pixar's tag of TIFFs; a node's own token counts before."""
+    path = tmp_path / name
+    if name == "image.exr":
+        header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, "wrapmodes": said}
+        OpenEXR.File(header, {"RGB": np.zeros((2, 2, 3), np.float32)}).write(str(path))
+    else:
+        texels = np.zeros((2, 2), np.float32) if name == "deep.tif" else np.zeros((2, 2, 3), np.uint8)
+        PilImage.fromarray(texels).save(path, tiffinfo={33303: said})
+    _, texture, _, codes = _texture(f"asset inputs:file = @{path.as_posix()}@\n{ST}")
+    assert (texture.wrap_s, texture.wrap_t, codes) == (*wraps, [])
+    _, texture, _, _ = _texture(f'asset inputs:file = @{path.as_posix()}@\ntoken inputs:wrapS = "clamp"\n{ST}')
+    assert (texture.wrap_s, texture.wrap_t) == (Wrap.CLAMP, wraps[1])
 
 
 def test_scale_bias_and_fallback(image):

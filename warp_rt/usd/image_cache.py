@@ -17,7 +17,7 @@ from warp_rt.scene import Image
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE, ColorSpace, color_space
 from warp_rt.usd.dome_layouts import LATLONG, guess_layout, has_proportions, to_latlong
-from warp_rt.usd.image_files import read_image_file
+from warp_rt.usd.image_files import NO_WRAPS, read_image_file
 
 MISSING_FILE = "W201"
 UNREADABLE_FILE = "W202"
@@ -62,6 +62,7 @@ class ImageCache:
         self.images: list[Image] = []
         """Rows of ``Scene.images``."""
         self._is_srgb: list[bool] = []
+        self._wraps: list[tuple[str, str]] = []
         self._recipes: list[Hashable] = []  # of each row
         self._rows: dict[Hashable, int] = {}  # of each recipe
         self._files: dict[str, int | str] = {}  # row by path, or why there is none
@@ -89,6 +90,10 @@ class ImageCache:
             made = self._kept.get(recipe, lambda: _decode(path))
             self._files[path] = made if isinstance(made, str) else self._row(recipe, lambda: made)
         return self._files[path]
+
+    def wraps(self, row: int) -> tuple[str, str]:
+        """Return what a file says of what lies beyond its image, as ``ImageFile.wraps``; black without a file."""
+        return NO_WRAPS if row < 0 else self._wraps[row]
 
     def load_tiles(self, attribute: Usd.Attribute, asset: Sdf.AssetPath, prim: object) -> dict[tuple[int, int], int]:
         """Return the rows of the images of a ``<UDIM>`` path, by column and row of the tiles; none, told, without any.
@@ -203,16 +208,18 @@ class ImageCache:
     def _add(self, recipe: Hashable, decoded: _Decoded) -> int:
         self.images.append(decoded.image)
         self._is_srgb.append(decoded.is_srgb)
+        self._wraps.append(decoded.wraps)
         self._recipes.append(recipe)
         return len(self.images) - 1
 
 
 @dataclass(frozen=True)
 class _Decoded:
-    """An image, and whether its texels are sRGB encoded where nothing is said."""
+    """An image, whether its texels are sRGB encoded where nothing is said, and what lies beyond it by its file."""
 
     image: Image
     is_srgb: bool
+    wraps: tuple[str, str] = NO_WRAPS
 
 
 def _decode(path: str) -> _Decoded | str:
@@ -221,7 +228,7 @@ def _decode(path: str) -> _Decoded | str:
         file = read_image_file(path)
     except SceneError as error:
         return str(error)
-    return _Decoded(Image(path, file.pixels), file.is_srgb_by_default)
+    return _Decoded(Image(path, file.pixels), file.is_srgb_by_default, file.wraps)
 
 
 def _state(path: str) -> tuple[str, float]:

@@ -26,6 +26,9 @@ MAX_TEXELS = 1 << 27  # 16384 x 8192, the largest sky in common use; 512 MiB of 
 _PILLOW_FORMATS = ("PNG", "JPEG", "TGA", "BMP", "TIFF", "WEBP")
 # Unpackers of 16-bit PNG: each keeps one byte of two; its partner keeps the other, or all (grey with alpha).
 _OTHER_BYTES = {"RGB;16B": "RGB;16L", "RGBA;16B": "RGBA;16L", "LA;16B": "RGBA"}
+NO_WRAPS = ("black", "black")
+"""What lies beyond an image whose file says nothing of it: OpenEXR, standard attribute ``wrapmodes``."""
+_TIFF_WRAP_MODES = 33303  # Pixar's tag, libtiff's TIFFTAG_PIXAR_WRAPMODES
 _MAX_HALF = 65504.0  # largest finite half float: what infinite texels of skies become
 
 
@@ -37,6 +40,9 @@ class ImageFile:
     """uint8 or finite float32, shape [height, width, 4], bottom row first."""
     channel_count: int
     """1 to 4 in the file. One channel stands for red, green and blue; of two, the second is alpha."""
+    wraps: tuple[str, str] = NO_WRAPS
+    """What EXR and TIFF files may say of what lies beyond, across and upwards: ``black``, ``clamp``, ``periodic`` or
+    ``mirror``, or another word."""
 
     @property
     def is_srgb_by_default(self) -> bool:
@@ -68,7 +74,7 @@ def read_image_file(path: str) -> ImageFile:
         wide = wide_tiff(data)
         if wide is not None:
             _check_size(wide.width, wide.height)
-            return _image_file(read_wide_tiff(data, wide))
+            return _image_file(read_wide_tiff(data, wide), _wraps(wide.tags.get(_TIFF_WRAP_MODES)))
         return _read_with_pillow(data)
     except SceneError:
         raise
@@ -84,7 +90,13 @@ def _check_size(width: int, height: int) -> None:
         raise SceneError(f"{width} x {height} texels; 1 to {MAX_TEXELS} are supported")
 
 
-def _image_file(channels: np.ndarray) -> ImageFile:
+def _wraps(text: Any) -> tuple[str, str]:
+    """Return what ``wrapmodes`` say: a word for both directions, or two with a comma between."""
+    words = [word.strip() for word in text.rstrip("\0").split(",")] if isinstance(text, str) else []
+    return (words[0], words[-1]) if words and all(words[:2]) else NO_WRAPS
+
+
+def _image_file(channels: np.ndarray, wraps: tuple[str, str] = NO_WRAPS) -> ImageFile:
     """Return an image from 1 to 4 channels, shape [height, width, c], top row first."""
     height, width, count = channels.shape
     pixels = np.empty((height, width, 4), channels.dtype)
@@ -92,7 +104,7 @@ def _image_file(channels: np.ndarray) -> ImageFile:
     pixels[..., 3] = channels[..., count - 1] if count in (2, 4) else (255 if channels.dtype == np.uint8 else 1.0)
     if channels.dtype == np.float32:
         np.nan_to_num(pixels, copy=False, nan=0.0, posinf=_MAX_HALF, neginf=0.0)
-    return ImageFile(np.ascontiguousarray(pixels[::-1]), count)
+    return ImageFile(np.ascontiguousarray(pixels[::-1]), count, wraps)
 
 
 # --- OpenEXR
@@ -103,13 +115,14 @@ def _read_exr(data: bytes) -> ImageFile:
 
     headers = OpenEXR.File(io.BytesIO(data), separate_channels=True, header_only=True)
     part, names = _exr_picture([[channel.name for channel in part.header["channels"]] for part in headers.parts])
-    low, high = headers.header(part)["dataWindow"]
+    header = headers.header(part)
+    low, high = header["dataWindow"]
     _check_size(int(high[0]) - int(low[0]) + 1, int(high[1]) - int(low[1]) + 1)
     channels = OpenEXR.File(io.BytesIO(data), separate_channels=True).channels(part)
     planes = [channels[name].pixels for name in names]
     if any(plane is None or plane.shape != planes[0].shape for plane in planes):
         raise SceneError("subsampled channels are not supported")
-    return _image_file(np.stack(planes, axis=-1).astype(np.float32))
+    return _image_file(np.stack(planes, axis=-1).astype(np.float32), _wraps(header.get("wrapmodes")))
 
 
 def _exr_picture(parts: Sequence[Sequence[str]]) -> tuple[int, list[str]]:
@@ -150,8 +163,9 @@ def _read_with_pillow(data: bytes) -> ImageFile:
         if wide is not None:
             return wide
         rawmode = _rawmode(image.tile[0]) if image.tile else ""
+        tags = getattr(image, "tag_v2", {})
         image.load()
-    return _image_file(_channels(image, rawmode))
+    return _image_file(_channels(image, rawmode), _wraps(tags.get(_TIFF_WRAP_MODES)))
 
 
 def _channels(image: PilImage.Image, rawmode: str) -> np.ndarray:

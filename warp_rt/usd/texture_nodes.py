@@ -16,6 +16,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Texture, Tiles, Wrap
 from warp_rt.usd.color_spaces import color_space as find_color_space
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.image_files import NO_WRAPS
 from warp_rt.usd.shading_network import Node, find_source, read_numbers, read_token, warn_connected, warn_type
 from warp_rt.usd.signals import Source
 from warp_rt.usd.texture_coordinates import Coordinates, tiling
@@ -23,7 +24,6 @@ from warp_rt.usd.texture_coordinates import Coordinates, tiling
 UNKNOWN_TOKEN = "W204"
 
 _WRAPS = {
-    "useMetadata": Wrap.BLACK,  # no format read here carries wrap modes, and without them the mode is black
     "black": Wrap.BLACK,
     "constant": Wrap.BLACK,
     "clamp": Wrap.CLAMP,
@@ -31,6 +31,7 @@ _WRAPS = {
     "periodic": Wrap.REPEAT,
     "mirror": Wrap.MIRROR,
 }
+_OF_FILE = "useMetadata"
 Vector4 = tuple[float, float, float, float]
 
 
@@ -51,11 +52,11 @@ class TextureNodes:
     def uv_texture(self, shader: UsdShade.Shader, coordinates: Coordinates) -> Source:
         """Return what a UsdUVTexture gives at texture coordinates."""
         is_materialx = (shader.GetShaderId() or "").startswith("ND_")
-        wraps = [self._wrap(shader, name, "periodic" if is_materialx else "useMetadata") for name in ("wrapS", "wrapT")]
+        default = "periodic" if is_materialx else _OF_FILE
         return self._source(
             shader,
             coordinates=coordinates,
-            wraps=wraps,
+            wraps=[self._token(shader, name, default) for name in ("wrapS", "wrapT")],
             scale=self._vector4(shader, "scale", (1.0, 1.0, 1.0, 1.0)),
             bias=self._vector4(shader, "bias", (0.0, 0.0, 0.0, 0.0)),
             fallback=self._vector4(shader, "fallback", (0.0, 0.0, 0.0, 1.0)),
@@ -74,11 +75,11 @@ class TextureNodes:
         if is_tiled:
             moved = tiling(shader, self._time, self._report) @ coordinates.transform
             coordinates = replace(coordinates, transform=moved)
-        wraps = (self._wrap(shader, name, "periodic") for name in ("uaddressmode", "vaddressmode"))
+        wraps = [self._token(shader, name, "periodic") for name in ("uaddressmode", "vaddressmode")]
         return self._source(
             shader,
             coordinates=coordinates,
-            wraps=[Wrap.REPEAT, Wrap.REPEAT] if is_tiled else list(wraps),
+            wraps=["periodic", "periodic"] if is_tiled else wraps,
             scale=(1.0, 1.0, 1.0, 1.0),
             bias=(0.0, 0.0, 0.0, 0.0),
             fallback=self._vector4(shader, "default", (0.0, 0.0, 0.0, 1.0)),
@@ -90,7 +91,7 @@ class TextureNodes:
         shader: UsdShade.Shader,
         *,
         coordinates: Coordinates,
-        wraps: list[Wrap],
+        wraps: list[str],
         scale: Vector4,
         bias: Vector4,
         fallback: Vector4,
@@ -98,22 +99,24 @@ class TextureNodes:
     ) -> Source:
         prim = shader.GetPath()
         asset, attribute = self._file(shader)
-        tiles = None
+        tiles, of_file = None, NO_WRAPS
         if asset is not None and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
             rows = self._images.load_tiles(attribute, asset, prim)
             decoded = {place: self._decoded(row, color_space, attribute, prim) for place, row in rows.items()}
             image, tiles, is_srgb = self._lay_out(decoded)
         else:
             row = -1 if asset is None else self._images.load(asset, prim)
+            of_file = self._images.wraps(row)
             image, is_srgb = self._decoded(row, color_space, attribute, prim)
+        wrap_s, wrap_t = (self._wrap(shader, *tokens) for tokens in zip(wraps, of_file, strict=True))
         texture = Texture(
             image,
             tiles=tiles,
             primvar=coordinates.primvar,
             uv_fallback=coordinates.fallback,
             uv_transform=coordinates.transform[:2].astype(np.float32),
-            wrap_s=wraps[0],
-            wrap_t=wraps[1],
+            wrap_s=wrap_s,
+            wrap_t=wrap_t,
             scale=scale,
             bias=bias,
             fallback=fallback,
@@ -162,8 +165,10 @@ class TextureNodes:
         grid = tuple(tuple(rows.get((u, v), -1) for u in range(left, right + 1)) for v in range(bottom, top + 1))
         return next(iter(rows.values())), Tiles(left, bottom, grid), is_srgb
 
-    def _wrap(self, shader: UsdShade.Shader, name: str, default: str) -> Wrap:
-        token = self._token(shader, name, default)
+    def _wrap(self, shader: UsdShade.Shader, token: str, of_file: str) -> Wrap:
+        """Return a wrap mode by its token, or that of the file."""
+        if token == _OF_FILE:
+            return _WRAPS.get(of_file, Wrap.BLACK)
         if token not in _WRAPS:
             self._report.warn(UNKNOWN_TOKEN, shader.GetPath(), f"the wrap mode {token!r} is unknown; read as black")
         return _WRAPS.get(token, Wrap.BLACK)
