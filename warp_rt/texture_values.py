@@ -41,6 +41,49 @@ def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.nd
     return found(texture, images, uv) * texture.scale + texture.bias
 
 
+def decoded_texels(pixels: np.ndarray, *, is_srgb: bool) -> np.ndarray:
+    """Return texels as linear values, float64, shape [..., 4]; alpha is never decoded."""
+    if pixels.dtype == np.uint8:
+        codes = np.arange(256) / 255
+        texels = codes[pixels]
+        if is_srgb:
+            texels[..., :3] = linear_from_srgb(codes)[pixels[..., :3]]
+        return texels
+    texels = pixels.astype(np.float64)
+    if is_srgb:
+        texels[..., :3] = linear_from_srgb(texels[..., :3])
+    return texels
+
+
+def grid_values(pixels: np.ndarray, s: np.ndarray, t: np.ndarray, wrap_s: Wrap, wrap_t: Wrap) -> np.ndarray:
+    """Return an image by bilinear interpolation at all places of a grid, as ``texture_values`` does at single ones.
+
+    Args:
+        pixels: Decoded texels, shape [height, width, 4].
+        s: Places across, in the image, shape [n].
+        t: Places upwards, shape [m].
+        wrap_s: What lies beyond the image, across.
+        wrap_t: Likewise upwards.
+
+    Returns:
+        Of the type of ``pixels``, shape [m, n, 4].
+    """
+    height, width = pixels.shape[:2]
+    lines = _between(pixels, 0, *_texels(t, height, wrap_t))
+    return _between(lines, 1, *_texels(s, width, wrap_s))
+
+
+def _between(texels: np.ndarray, axis: int, first: np.ndarray, second: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return what is between rows, or columns, of texels; those of index -1 are black."""
+    share = (share if axis == 0 else share.T)[..., None].astype(texels.dtype)
+    here, beyond = (1 - share) * _kept(first, axis), share * _kept(second, axis)
+    return np.asarray(texels.take(first, axis) * here + texels.take(second, axis) * beyond, texels.dtype)
+
+
+def _kept(index: np.ndarray, axis: int) -> np.ndarray:
+    return (index >= 0)[:, None, None] if axis == 0 else (index >= 0)[None, :, None]
+
+
 def _image_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> np.ndarray:
     """Return decoded values, float64, shape [n, 4]."""
     uv = np.where(np.isfinite(uv), uv, 0.0)
@@ -102,11 +145,7 @@ def _wrapped(index: np.ndarray, size: int, wrap: Wrap) -> np.ndarray:
 
 
 def _fetch(pixels: np.ndarray, x: np.ndarray, y: np.ndarray, texture: Texture) -> np.ndarray:
-    """Return decoded texels, float64, shape [n, 4]; alpha is never decoded."""
-    texel = pixels[y, x].astype(np.float64)
-    if pixels.dtype == np.uint8:
-        texel /= 255
-    if texture.is_srgb:
-        texel[:, :3] = linear_from_srgb(texel[:, :3])
+    """Return decoded texels at columns and rows, float64, shape [n, 4]; those of index -1 are black."""
+    texel = decoded_texels(pixels[y, x], is_srgb=texture.is_srgb)
     texel[(x < 0) | (y < 0)] = 0.0
     return texel

@@ -223,6 +223,13 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W311": (bound(shader("WhittedSurface", "color3f inputs:reflectance = (1, 1, 1)")), {"/M/S.inputs:reflectance"}),
     "W312": (bound(shader("UsdPreviewSurface", "float inputs:clearcoat = 2")), {"/M/S.inputs:clearcoat"}),
+    "W313": (
+        bound(
+            shader("UsdPreviewSurface", "float inputs:roughness.connect = </M/N.outputs:out>"),
+            f'def Shader "N" {{ {shader("ND_ramplr_float", "float inputs:valuer = 1")} float outputs:out\n}}',
+        ),
+        {"/M/S.inputs:roughness"},
+    ),
     "W401": (
         light("PortalLight")
         + 'def GeometryLight "g" {}\n'

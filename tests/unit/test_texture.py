@@ -12,7 +12,7 @@ from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.texture_node import eval_texture
 from warp_rt.scene import Image, Instances, Scene, Texture, Wrap
-from warp_rt.texture_values import texture_values
+from warp_rt.texture_values import grid_values, texture_values
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -252,3 +252,15 @@ def test_one_image_by_two_curves_has_two_pyramids_and_one_base() -> None:
     plain = upload_scene(scene, device="cpu", texture_filter="bilinear").data
     assert (len(plain.images), len(plain.texels_byte)) == (2, 256)
     assert (data.is_filtered, plain.is_filtered) == (1, 0)
+
+
+@pytest.mark.parametrize("wrap_s", Wrap)
+@pytest.mark.parametrize("wrap_t", Wrap)
+def test_grids_of_places_are_read_as_single_ones_are(wrap_s, wrap_t):
+    rng = np.random.default_rng(5)
+    image = Image("noise", rng.uniform(size=(3, 5, 4)).astype(np.float32))
+    s, t = rng.uniform(-2, 3, 20), rng.uniform(-2, 3, 15)
+    texture = Texture(0, wrap_s=wrap_s, wrap_t=wrap_t)
+    expected = texture_values(texture, [image], np.stack([np.tile(s, 15), np.repeat(t, 20)], axis=1))
+    found = grid_values(image.pixels.astype(np.float64), s, t, wrap_s, wrap_t)
+    np.testing.assert_allclose(found.reshape(-1, 4), expected, atol=1e-12)

@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+import colorsys
+
 import numpy as np
 import pytest
 from PIL import Image as PilImage
 from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import OpacityMode
+from warp_rt.scene import OpacityMode, Wrap
 from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materials import MaterialReader
@@ -177,7 +179,6 @@ def test_primvars_are_scaled_and_shifted():
     ("identifier", "lines"),
     [
         ("ND_multiply_color3", (wire("in1", "T"), wire("in2", "U"))),
-        ("ND_power_color3", (wire("in1", "T"), vec("in2", *A))),
         ("ND_noise2d_color3", ()),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = -1")),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = 7")),
@@ -194,6 +195,210 @@ def test_what_does_not_fold_is_named(image, identifier, lines):
 def test_a_division_by_nothing_is_named(image):
     nodes = picture(image, "color3") + node("N", "ND_divide_color3", wire("in1", "T"), vec("in2", 0, 1, 1))
     assert read(nodes)[3] == ["W303"]
+
+
+# --- what is made an image
+
+OTHERS = np.random.default_rng(7).integers(1, 256, (4, 4, 4)).astype(np.uint8)
+U_RGB = OTHERS[1, 1, :3] / 255.0
+U_ALPHA = OTHERS[1, 1, 3] / 255.0
+T1, U1 = wire("in1", "T"), wire("in2", "U")
+PAIR = (wire("fg", "T"), wire("bg", "U"))
+X = np.clip((RGB - 0.1) / 0.8, 0, 1)
+
+
+def hsv(function, color: np.ndarray) -> np.ndarray:
+    return np.array(function(*color.tolist()))
+
+
+def adjusted(color: np.ndarray, amount) -> np.ndarray:
+    h, s, v = colorsys.rgb_to_hsv(*color)
+    return np.array(colorsys.hsv_to_rgb((h + amount[0]) % 1, s * amount[1], v * amount[2]))
+
+
+COMPUTED = {
+    "multiply": ((T1, U1), RGB * U_RGB),
+    "add": ((T1, U1), RGB + U_RGB),
+    "subtract": ((T1, U1), RGB - U_RGB),
+    "divide": ((T1, U1), RGB / U_RGB),
+    "mix": ((*PAIR, wire("mix", "V", kind="float")), U_ALPHA * RGB + (1 - U_ALPHA) * U_RGB),
+    "min": ((T1, U1), np.minimum(RGB, U_RGB)),
+    "max": ((T1, U1), np.maximum(RGB, U_RGB)),
+    "power": ((T1, vec("in2", *A)), RGB**A),
+    "clamp": ((wire("in", "T"), vec("low", 0.3, 0.3, 0.3), vec("high", 0.5, 0.5, 0.5)), np.clip(RGB, 0.3, 0.5)),
+    "smoothstep": ((wire("in", "T"), vec("low", 0.1, 0.1, 0.1), vec("high", 0.9, 0.9, 0.9)), X * X * (3 - 2 * X)),
+    "range": (
+        (wire("in", "T"), vec("inlow", 0.1, 0.1, 0.1), vec("inhigh", 0.9, 0.9, 0.9), vec("gamma", 2, 2, 2),
+         "bool inputs:doclamp = 1"),
+        np.sqrt(X),
+    ),
+    "ifgreater": (
+        (wire("value1", "V", kind="float"), "float inputs:value2 = 0.9", T1, U1),
+        RGB if U_ALPHA > 0.9 else U_RGB,
+    ),
+    "plus": ((*PAIR, "float inputs:mix = 0.5"), 0.5 * (RGB + U_RGB) + 0.5 * U_RGB),
+    "minus": (PAIR, U_RGB - RGB),
+    "difference": (PAIR, np.abs(U_RGB - RGB)),
+    "screen": (PAIR, 1 - (1 - RGB) * (1 - U_RGB)),
+    "saturate": (
+        (wire("in", "T"), "float inputs:amount = 0.25"),
+        0.25 * RGB + 0.75 * (RGB @ (0.2722287, 0.6740818, 0.0536895)),
+    ),
+    "contrast": ((wire("in", "T"), vec("amount", 2, 2, 2), vec("pivot", *A)), (RGB - A) * 2 + A),
+    "rgbtohsv": ((wire("in", "T"),), hsv(colorsys.rgb_to_hsv, RGB)),
+    "hsvtorgb": ((wire("in", "T"),), hsv(colorsys.hsv_to_rgb, RGB)),
+    "hsvadjust": ((wire("in", "T"), vec("amount", 0.4, 0.5, 2, kind="float3")), adjusted(RGB, (0.4, 0.5, 2))),
+    "sqrt": ((wire("in", "T"),), np.sqrt(RGB)),
+}  # fmt: skip
+
+
+def pictures(image: str, others: str) -> str:
+    """Return the nodes T and U, two images, and V, the alpha of U."""
+    return (
+        picture(image, "color3")
+        + picture(others, "color3", "U")
+        + picture(others, "color4", "W")
+        + node("V", "ND_extract_color4", wire("in", "W", kind="color4f"), "int inputs:index = 3")
+    )
+
+
+@pytest.fixture(scope="module")
+def others(tmp_path_factory):
+    path = tmp_path_factory.mktemp("materialx") / "others.png"
+    PilImage.fromarray(OTHERS).save(path)
+    return path.as_posix()
+
+
+@pytest.mark.parametrize("category", COMPUTED)
+def test_what_is_computed_of_images(image, others, category):
+    """Texel by texel, exactly; that it becomes an image is told where it does not fold."""
+    lines, expected = COMPUTED[category]
+    found, value, reader, codes = read(pictures(image, others) + node("N", f"ND_{category}_color3", *lines))
+    np.testing.assert_allclose(value, expected, atol=2e-6)
+    assert codes == ([] if category in ("saturate", "contrast") else ["W313"])
+    texture = reader.textures[found.texture]
+    assert (texture.wrap_s, texture.wrap_t) == (Wrap.REPEAT, Wrap.REPEAT)  # as the images are
+
+
+@pytest.mark.parametrize(
+    ("category", "lines", "expected"),
+    [
+        ("crossproduct", (T1, U1), np.cross(RGB, U_RGB)),
+        ("normalize", (wire("in", "T"),), RGB / np.linalg.norm(RGB)),
+        ("magnitude", (wire("in", "T"),), np.repeat(np.linalg.norm(RGB), 3)),
+        ("distance", (T1, U1), np.repeat(np.linalg.norm(RGB - U_RGB), 3)),
+        ("dotproduct", (T1, U1), np.repeat(RGB @ U_RGB, 3)),
+    ],
+)
+def test_vectors_of_images(image, others, category, lines, expected):
+    _, value, _, codes = read(pictures(image, others) + node("N", f"ND_{category}_vector3", *lines))
+    np.testing.assert_allclose(value, expected, atol=2e-6)
+    assert codes == ["W313"]
+
+
+@pytest.mark.parametrize("mode", ["clamp", "periodic", "mirror", "constant"])
+def test_images_that_are_computed_go_on_as_those_they_are_made_of(image, others, mode):
+    modes = [f'string inputs:{axis}addressmode = "{mode}"' for axis in "uv"]
+    nodes = picture(image, "color3", "T", *modes) + picture(others, "color3", "U", *modes)
+    nodes += node("X", "ND_multiply_color3", T1, U1) + node("N", "ND_add_color3", wire("in1", "X"), vec("in2", *A))
+    inside = read(nodes, spot=SPOT)[1]
+    np.testing.assert_allclose(inside, RGB * U_RGB + A, atol=2e-6)
+    beyond = read(nodes, spot=(SPOT[0] + 1, SPOT[1]))[1]
+    first, second = TEXELS[1, :, :3] / 255.0, OTHERS[1, :, :3] / 255.0  # that row, from the left
+    column = {"clamp": 3, "periodic": 1, "mirror": 2}.get(mode)
+    expected = A if column is None else first[column] * second[column] + A
+    np.testing.assert_allclose(beyond, expected, atol=2e-6)
+
+
+def test_images_that_lie_differently_are_computed_as_fine_as_the_finest(image, others):
+    """One repeated thrice, the other once: over the unit square, which both fit."""
+    tiled = node(
+        "U", "ND_tiledimage_color3", f'asset inputs:file = @{others}@ (colorSpace = "raw")',
+        vec("uvtiling", 3, 3, kind="float2"),
+    )  # fmt: skip
+    nodes = picture(image, "color3") + tiled + node("N", "ND_multiply_color3", T1, U1)
+    spot = (0.5 / 12, 0.5 / 12)
+    found, value, reader, codes = read(nodes, spot=spot)
+    height, width, _ = reader._rows._images.images[reader.textures[found.texture].image].pixels.shape
+    assert (width, height, codes) == (12, 12, ["W313"])
+    corner = read(picture(image, "color3", "N"), spot=spot)[1]
+    np.testing.assert_allclose(value, corner * OTHERS[3, 0, :3] / 255.0, atol=2e-6)
+
+
+def test_what_no_wrap_mode_continues_is_told(image, others):
+    tiled = node(
+        "U", "ND_tiledimage_color3", f'asset inputs:file = @{others}@ (colorSpace = "raw")',
+        vec("uvtiling", 0.3, 0.3, kind="float2"),
+    )  # fmt: skip
+    _, _, reader, codes = read(picture(image, "color3") + tiled + node("N", "ND_multiply_color3", T1, U1))
+    assert codes == ["W313"]
+    assert "repeated beyond" in next(iter(reader._report)).message
+
+
+S, T = 0.4, 0.66
+COLORS = {name: np.random.default_rng(k).uniform(size=3) for k, name in enumerate(("a", "b", "c", "d"))}
+
+
+@pytest.mark.parametrize(
+    ("category", "names", "expected"),
+    [
+        ("ramplr", ("valuel", "valuer"), COLORS["a"] * (1 - S) + COLORS["b"] * S),
+        ("ramptb", ("valuet", "valueb"), COLORS["a"] * (1 - T) + COLORS["b"] * T),
+        (
+            "ramp4",
+            ("valuetl", "valuetr", "valuebl", "valuebr"),
+            (COLORS["a"] * (1 - S) + COLORS["b"] * S) * (1 - T) + (COLORS["c"] * (1 - S) + COLORS["d"] * S) * T,
+        ),
+        ("splitlr", ("valuel", "valuer"), COLORS["a"]),
+        ("splittb", ("valuet", "valueb"), COLORS["b"]),
+        ("checkerboard", ("color1", "color2"), COLORS["a"]),  # 3 + 5 is even
+    ],
+)
+def test_what_is_computed_of_coordinates(category, names, expected):
+    """To within a texel of 1024; the top is where t is 0, as in the reference library."""
+    lines = [vec(name, *color) for name, color in zip(names, COLORS.values(), strict=False)]
+    _, value, _, codes = read(node("N", f"ND_{category}_color3", *lines), spot=(S, T))
+    np.testing.assert_allclose(value, expected, atol=1e-3)
+    assert codes == ["W313"]
+
+
+def test_a_chequer_made_of_floors():
+    """The graph that MaterialX's tests have: modulo(floor(8 s) + floor(8 t), 2)."""
+    nodes = node("C", "ND_texcoord_vector2")
+    nodes += node("M", "ND_multiply_vector2", wire("in1", "C"), vec("in2", 8, 8, kind="float2"))
+    nodes += node("X", "ND_extract_vector2", wire("in", "M"), "int inputs:index = 0")
+    nodes += node("Y", "ND_extract_vector2", wire("in", "M"), "int inputs:index = 1")
+    nodes += node("F", "ND_floor_float", wire("in", "X")) + node("G", "ND_floor_float", wire("in", "Y"))
+    nodes += node("A", "ND_add_float", wire("in1", "F"), wire("in2", "G"))
+    nodes += node("N", "ND_modulo_float", wire("in1", "A"), "float inputs:in2 = 2")
+    for s, t in ((0.06, 0.06), (0.19, 0.06), (0.19, 0.19), (1.06, 0.19), (-0.06, 0.06)):
+        _, value, _, codes = read(nodes, 1, spot=(s, t))
+        assert (value[0], codes) == ((np.floor(8 * s) + np.floor(8 * t)) % 2, ["W313"])
+
+
+def test_tiles_are_computed_each_by_itself(tmp_path):
+    colors = {1001: (10, 20, 30), 1002: (200, 100, 50)}
+    for number, color in colors.items():
+        for name, factor in (("a", 1), ("b", 0.5)):
+            texels = np.full((2, 2, 3), np.multiply(color, factor)).astype(np.uint8)
+            PilImage.fromarray(texels).save(tmp_path / f"{name}.{number}.png")
+    a, b = ((tmp_path / f"{name}.<UDIM>.png").as_posix() for name in "ab")
+    nodes = picture(a, "color3") + picture(b, "color3", "U") + node("N", "ND_multiply_color3", T1, U1)
+    for k, color in enumerate(colors.values()):
+        _, value, _, codes = read(nodes, spot=(k + 0.5, 0.5))
+        expected = np.array(color) / 255 * (np.multiply(color, 0.5).astype(np.uint8) / 255)
+        np.testing.assert_allclose(value, expected, atol=2e-6)
+        assert codes == ["W313"]
+
+
+def test_nodes_that_many_lead_to_are_read_once(image, others):
+    """Each of 60 nodes adds the one before to itself: 2^60 ways through the network."""
+    nodes = picture(image, "color3", "X0") + "".join(
+        node(f"X{k + 1}", "ND_max_color3", wire("in1", f"X{k}"), wire("in2", f"X{k}")) for k in range(60)
+    )
+    _, value, _, codes = read(nodes, name="X60")
+    np.testing.assert_allclose(value, RGB, atol=2e-6)
+    assert codes == ["W313"]
 
 
 # --- coordinates

@@ -149,7 +149,7 @@ class BsdfReader:
                 total = add(total, multiply(lobe.color, lobe.weight).resized(3))
             except DoesNotFold:
                 message = (
-                    "a BSDF whose weight and colour both vary, or two that do, count as one: the others are left out"
+                    "of BSDFs that vary, and not by one set of coordinates, the first counts: the others are left out"
                 )
                 self._report.warn(UNKNOWN_NODE, surface.GetPath(), message)
         return total
@@ -194,7 +194,11 @@ class BsdfReader:
             if name in ("multiply_bsdfF", "multiply_bsdfC"):
                 return _scaled(below("in1"), self._signal(shader, "in2", _ONE, graph))
         except DoesNotFold:
-            self._report.warn(UNKNOWN_NODE, shader.GetPath(), f"{node.id!r}: its factors both vary; left out")
+            self._report.warn(
+                UNKNOWN_NODE,
+                shader.GetPath(),
+                f"{node.id!r}: its factors vary, and not by one set of coordinates; left out",
+            )
             return []
         make = LOBES.get(name)
         if make is None:
@@ -226,7 +230,11 @@ class BsdfReader:
                 share, background = self._signal(shader, "mix", _ZERO, graph), below("bg")
                 return add(background, multiply(add(below("fg"), background, -1.0), share))
         except DoesNotFold:
-            self._report.warn(UNKNOWN_NODE, shader.GetPath(), f"{node.id!r}: its factors both vary; left out")
+            self._report.warn(
+                UNKNOWN_NODE,
+                shader.GetPath(),
+                f"{node.id!r}: its factors vary, and not by one set of coordinates; left out",
+            )
             return _BLACK
         graph.is_unknown = True
         self._report.warn(UNKNOWN_NODE, shader.GetPath(), f"the node {node.id!r} is not supported; left out")

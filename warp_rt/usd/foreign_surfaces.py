@@ -80,7 +80,7 @@ class ForeignReader:
             if term.is_complement:
                 found = add(_FULL, found.resized(1), -1.0)
         except DoesNotFold:
-            message = f"{term.name} and {term.weight} both vary; the default is used"
+            message = f"{term.name} and {term.weight} vary, and not by one set of coordinates; the default is used"
             self._report.warn(UNKNOWN_NODE, shader.GetPath(), message)
             return None
         return self._inputs.lower(found, size, shader.GetInput(term.name) or shader.GetInput(term.weight))

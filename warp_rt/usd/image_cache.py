@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -198,6 +198,21 @@ class ImageCache:
             return _Decoded(Image(image.path, pixels @ matrix.T.astype(np.float32)), False)
 
         return self._row(("mixed", self._recipes[row], is_srgb, matrix.tobytes()), mixed)
+
+    def computed(self, key: str, rows: Sequence[int], compute: Callable[[], np.ndarray]) -> int:
+        """Return the row of an image that is computed of others.
+
+        Args:
+            key: Tells what is computed.
+            rows: Of the images that it is computed of.
+            compute: Gives linear texels, shape [height, width, 4].
+        """
+
+        def made() -> _Decoded:
+            path = self.images[rows[0]].path if rows else ""
+            return _Decoded(Image(path, compute().astype(np.float32)), False)
+
+        return self._row(("computed", key, *(self._recipes[row] for row in rows)), made)
 
     def _row(self, recipe: Hashable, make: Callable[[], _Decoded]) -> int:
         """Return the row of an image, which is made where neither this scene nor the one before has it."""

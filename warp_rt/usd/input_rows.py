@@ -11,10 +11,13 @@ from pxr import UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
+from warp_rt.usd.baking import bake
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.mixed_texture import mixed_texture
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import CHANNELS, Signal, Source
+
+BAKED = "W313"
 
 Vector4 = tuple[float, float, float, float]
 
@@ -43,6 +46,8 @@ class InputRows:
         linear, offset, source = matrix[:, :-1], matrix[:, -1], found.source
         if source is None:
             return None
+        if source.computed is not None:
+            source = self._baked(source, port)
         channel = _common_channel(matrix)
         diagonal = np.zeros((count, CHANNELS))
         np.fill_diagonal(diagonal, linear.diagonal())
@@ -66,6 +71,15 @@ class InputRows:
         """Return the row of a new texture."""
         self.textures.append(texture)
         return len(self.textures) - 1
+
+    def _baked(self, source: Source, port: UsdShade.Input) -> Source:
+        """Return the texture that is made of a field, which is told."""
+        baked = bake(source, self._images)
+        width, height = baked.size
+        where = "" if baked.is_whole else ", of its coordinates from 0 to 1, which is repeated beyond"
+        message = f"what its network computes is made an image of {width} x {height} texels{where}"
+        self._report.warn(BAKED, port.GetAttr().GetPath(), message)
+        return Source(f"baked {source.key}", baked.texture)
 
     def _row(self, source: Source, scale: Vector4, bias: Vector4) -> int:
         """Return the row of a texture whose value, and fallback, is scaled and shifted."""

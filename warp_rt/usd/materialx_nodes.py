@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""MaterialX's arithmetic, folded: what each node of the standard library makes of its inputs.
+"""MaterialX's arithmetic: what each node of the standard library makes of its inputs.
 
-Reference: MaterialX Specification 1.39, Standard Nodes, and the node graphs of its reference library (place2d,
-tiledimage).
+Reference: MaterialX Specification 1.39, Standard Nodes, and the node graphs of its reference library (place2d, ramp4,
+...).
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, join, multiply
+from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
+from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, join, multiply
 from warp_rt.usd.texture_coordinates import rotation
 
 _SIZES = {"float": 1, "integer": 1, "boolean": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
@@ -70,7 +71,7 @@ def fold(identifier: str, output: str, read: Callable[[str], Signal | None], tex
         text: Gives the text of an input, or nothing.
 
     Raises:
-        DoesNotFold: The node is not known, or its value is no affine map of one source.
+        DoesNotFold: The node is not known, or what it is given is none of what it can be computed of.
     """
     match = _NODE.fullmatch(identifier)
     function = _NODES.get(match[1]) if match else None
@@ -139,8 +140,7 @@ def _divide(node: NodeInputs) -> Signal:
 
 
 def _mix(node: NodeInputs) -> Signal:
-    foreground, background, share = node.get("fg"), node.get("bg"), node.get("mix")
-    return add(background, multiply(add(foreground, background, -1.0), share))
+    return _blend(node.get("bg"), node.get("fg"), node.get("mix"))
 
 
 def _dot_product(node: NodeInputs) -> Signal:
@@ -156,17 +156,29 @@ def _luminance(node: NodeInputs) -> Signal:
 def _range(node: NodeInputs) -> Signal:
     low, high = node.get("inlow"), node.get("inhigh", 1.0)
     start, end = node.get("outlow"), node.get("outhigh", 1.0)
-    if node.number("gamma", 1.0) != 1.0:
-        raise DoesNotFold
     share = multiply(add(node.get("in"), low, -1.0), apply(np.reciprocal, add(high, low, -1.0)))
+    gamma = node.get("gamma", 1.0)
+    if gamma.value is None or set(gamma.value) != {1.0}:
+        share = apply(_gamma_curve, share, gamma)
     result = add(start, multiply(share, add(end, start, -1.0)))
     return apply(np.clip, result, start, end) if node.number("doclamp", 0.0) else result
 
 
-def _if(holds: Callable[[float, float], bool]) -> Callable[[NodeInputs], Signal]:
+def _gamma_curve(values: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / gamma))
+
+
+def _if(holds: np.ufunc) -> Callable[[NodeInputs], Signal]:
+    def chosen(first: np.ndarray, second: np.ndarray, yes: np.ndarray, no: np.ndarray) -> np.ndarray:
+        return np.where(holds(first, second), yes, no)
+
+    chosen.__name__ = f"chosen where {holds.__name__}"  # tells all about it, as ``apply`` asks for
+
     def choose(node: NodeInputs) -> Signal:
-        chosen = "in1" if holds(node.number("value1", 1.0), node.number("value2", 0.0)) else "in2"
-        return node.get(chosen)
+        first, second = (node.read(name) or Signal.constant([value]) for name, value in (("value1", 1), ("value2", 0)))
+        if first.value is not None and second.value is not None:
+            return node.get("in1" if holds(first.value[0], second.value[0]) else "in2")
+        return apply(chosen, first, second, node.get("in1"), node.get("in2"))
 
     return choose
 
@@ -203,11 +215,157 @@ def _clamp(node: NodeInputs) -> Signal:
 
 
 def _smoothstep(node: NodeInputs) -> Signal:
-    def step(value: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        x = np.clip((value - low) / (high - low), 0, 1)
-        return x * x * (3 - 2 * x)
+    return apply(_smooth_step, node.get("in"), node.get("low"), node.get("high", 1.0))
 
-    return apply(step, node.get("in"), node.get("low"), node.get("high", 1.0))
+
+def _smooth_step(value: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    x = np.clip((value - low) / (high - low), 0, 1)
+    return np.asarray(x * x * (3 - 2 * x))
+
+
+# --- of texture coordinates
+
+
+def _along(node: NodeInputs, axis: int) -> Signal:
+    """Return s or t, from 0 to 1."""
+    return apply(np.clip, node.get("texcoord").pick([axis]), Signal.constant([0.0]), Signal.constant([1.0]))
+
+
+def _blend(start: Signal, end: Signal, share: Signal) -> Signal:
+    return add(start, multiply(add(end, start, -1.0), share))
+
+
+def _ramp(start: str, end: str, axis: int) -> Callable[[NodeInputs], Signal]:
+    return lambda node: _blend(node.get(start), node.get(end), _along(node, axis))
+
+
+def _ramp_of_corners(node: NodeInputs) -> Signal:
+    across = _along(node, 0)
+    top, bottom = (_blend(node.get(f"value{side}l"), node.get(f"value{side}r"), across) for side in "tb")
+    return _blend(top, bottom, _along(node, 1))
+
+
+def _split(start: str, end: str, axis: int) -> Callable[[NodeInputs], Signal]:
+    def split(node: NodeInputs) -> Signal:
+        center = Signal.constant([node.number("center", 0.5)])
+        return _blend(node.get(start), node.get(end), apply(_step, node.get("texcoord").pick([axis]), center))
+
+    return split
+
+
+def _step(value: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    return np.asarray(value >= edge, float)
+
+
+def _checkerboard(node: NodeInputs) -> Signal:
+    tiling, offset = (
+        (node.read(name) or Signal.constant([value] * 2)).resized(2)
+        for name, value in (("uvtiling", 8), ("uvoffset", 0))
+    )
+    place = add(multiply(node.get("texcoord"), tiling), offset, -1.0)
+    return _blend(node.get("color1", 1.0), node.get("color2", 0.0), apply_to_all(_is_odd, 1, place))
+
+
+def _is_odd(place: np.ndarray) -> np.ndarray:
+    return np.asarray(np.floor(place).sum(axis=1, keepdims=True) % 2)
+
+
+# --- of all components of a colour or vector
+
+
+def _hsv(function: Callable[..., np.ndarray]) -> Callable[[NodeInputs], Signal]:
+    """Return a function of red, green and blue; alpha stays."""
+
+    def convert(node: NodeInputs) -> Signal:
+        color = node.get("in")
+        result = apply_to_all(function, 3, color.pick(range(3)))
+        return join([result, color.pick([3])]) if color.size == 4 else result
+
+    return convert
+
+
+def _adjust_hsv(node: NodeInputs) -> Signal:
+    color = node.get("in")
+    amount = node.read("amount") or Signal.constant([0.0, 1.0, 1.0])
+    result = apply_to_all(adjusted_hsv, 3, color.pick(range(3)), amount)
+    return join([result, color.pick([3])]) if color.size == 4 else result
+
+
+def _saturate(node: NodeInputs) -> Signal:
+    color = node.get("in")
+    result = _blend(_luminance(node), color, node.read("amount") or Signal.constant([1.0]))
+    return join([result.pick(range(3)), color.pick([3])]) if color.size == 4 else result
+
+
+def _contrast(node: NodeInputs) -> Signal:
+    pivot = node.get("pivot", 0.5)
+    return add(pivot, multiply(add(node.get("in"), pivot, -1.0), node.get("amount", 1.0)))
+
+
+def _magnitude(node: NodeInputs) -> Signal:
+    return apply_to_all(_length, 1, node.get("in"))
+
+
+def _distance(node: NodeInputs) -> Signal:
+    return apply_to_all(_length, 1, add(node.get("in1"), node.get("in2"), -1.0))
+
+
+def _normalize(node: NodeInputs) -> Signal:
+    return apply_to_all(_unit, node.size, node.get("in"))
+
+
+def _cross_product(node: NodeInputs) -> Signal:
+    return apply_to_all(np.cross, 3, node.get("in1"), node.get("in2"))
+
+
+def _length(values: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(values, axis=1, keepdims=True)
+
+
+def _unit(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values / np.maximum(_length(values), np.finfo(float).tiny))
+
+
+def _premultiply(node: NodeInputs) -> Signal:
+    color = node.get("in")
+    return join([multiply(color.pick(range(3)), color.pick([3])), color.pick([3])])
+
+
+def _unpremultiply(node: NodeInputs) -> Signal:
+    return apply_to_all(_divided_by_alpha, 4, node.get("in"))
+
+
+def _divided_by_alpha(color: np.ndarray) -> np.ndarray:
+    alpha = color[:, 3:]
+    return np.concatenate([np.where(alpha == 0, color[:, :3], color[:, :3] / alpha), alpha], axis=1)
+
+
+# --- of two, mixed with the second
+
+
+def _composite(operator: Callable[[Signal, Signal], Signal]) -> Callable[[NodeInputs], Signal]:
+    def composite(node: NodeInputs) -> Signal:
+        foreground, background = node.get("fg"), node.get("bg")
+        share = node.read("mix") or Signal.constant([1.0])
+        return _blend(background, operator(foreground, background), share)
+
+    return composite
+
+
+def _difference(a: Signal, b: Signal) -> Signal:
+    return apply(np.abs, add(b, a, -1.0))
+
+
+def _screen(a: Signal, b: Signal) -> Signal:
+    return add(add(a, b), multiply(a, b), -1.0)
+
+
+def _safe_power(base: np.ndarray, exponent: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sign(base) * np.abs(base) ** exponent)
+
+
+def _fraction(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values - np.floor(values))
 
 
 def _unary(function: Callable[[np.ndarray], np.ndarray]) -> Callable[[NodeInputs], Signal]:
@@ -231,22 +389,45 @@ _NODES: Mapping[str, Callable[[NodeInputs], Signal]] = {
     "multiply": lambda node: multiply(node.get("in1"), node.get("in2", 1.0)),
     "divide": _divide,
     "mix": _mix,
+    "plus": _composite(lambda a, b: add(b, a)),
+    "minus": _composite(lambda a, b: add(b, a, -1.0)),
+    "difference": _composite(_difference),
+    "screen": _composite(_screen),
     "invert": lambda node: add(node.get("amount", 1.0), node.get("in"), -1.0),
     "dotproduct": _dot_product,
     "luminance": _luminance,
     "range": _range,
     "remap": _range,
-    "ifgreater": _if(lambda a, b: a > b),
-    "ifgreatereq": _if(lambda a, b: a >= b),
-    "ifequal": _if(lambda a, b: a == b),
+    "contrast": _contrast,
+    "saturate": _saturate,
+    "rgbtohsv": _hsv(hsv_from_rgb),
+    "hsvtorgb": _hsv(rgb_from_hsv),
+    "hsvadjust": _adjust_hsv,
+    "premult": _premultiply,
+    "unpremult": _unpremultiply,
+    "inside": lambda node: multiply(node.get("in"), node.get("mask", 1.0)),
+    "outside": lambda node: multiply(node.get("in"), add(Signal.constant([1.0]), node.get("mask"), -1.0)),
+    "magnitude": _magnitude,
+    "distance": _distance,
+    "normalize": _normalize,
+    "crossproduct": _cross_product,
+    "ifgreater": _if(np.greater),
+    "ifgreatereq": _if(np.greater_equal),
+    "ifequal": _if(np.equal),
     "switch": _switch,
     "place2d": _place,
     "rotate2d": _rotate,
     "normalmap": _normal_map,
-    # Of constants alone.
+    "ramplr": _ramp("valuel", "valuer", 0),
+    "ramptb": _ramp("valuet", "valueb", 1),
+    "ramp4": _ramp_of_corners,
+    "splitlr": _split("valuel", "valuer", 0),
+    "splittb": _split("valuet", "valueb", 1),
+    "checkerboard": _checkerboard,
     "clamp": _clamp,
     "smoothstep": _smoothstep,
     "power": _binary(np.power, 1.0),
+    "safepower": _binary(_safe_power, 1.0),
     "modulo": _binary(np.mod, 1.0),
     "min": _binary(np.minimum, 0.0),
     "max": _binary(np.maximum, 0.0),
@@ -261,4 +442,8 @@ _NODES: Mapping[str, Callable[[NodeInputs], Signal]] = {
     "sin": _unary(np.sin),
     "cos": _unary(np.cos),
     "tan": _unary(np.tan),
+    "asin": _unary(np.arcsin),
+    "acos": _unary(np.arccos),
+    "fract": _unary(_fraction),
+    "atan2": lambda node: apply(np.arctan2, node.get("iny"), node.get("inx", 1.0)),
 }

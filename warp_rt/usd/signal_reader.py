@@ -66,6 +66,8 @@ class SignalReader:
         self._time = time
         self._report = report
         self._sources: dict[Sdf.Path, Source] = {}
+        self._nodes: dict[tuple[Sdf.Path, str, Sdf.Path], Signal | None] = {}
+        """What nodes give, by output and material: those that several lead to are read once."""
         self._chain: list[Sdf.Path] = []
 
     def read(self, port: UsdShade.Input, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
@@ -93,11 +95,14 @@ class SignalReader:
             return None
         if isinstance(source, Node):
             path = source.shader.GetPath()
+            key = (path, source.output, material.GetPath())
+            if key in self._nodes:
+                return self._nodes[key]
             if path in self._chain or len(self._chain) >= _MAX_CHAIN:
                 raise _Unfolded(source)
             self._chain.append(path)
             try:
-                return self._node(source, material)
+                return self._nodes.setdefault(key, self._node(source, material))
             except DoesNotFold:
                 raise _Unfolded(source, is_known=is_known_node(source.id)) from None
             finally:
@@ -233,7 +238,7 @@ class SignalReader:
             self._report.warn(NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used")
             return Coordinates.constant(u, v)
         source = found.source
-        if source is None or source.texture is not None:
+        if source is None or source.texture is not None or source.computed is not None:
             at = find_source(port, self._report) if port else None
             if isinstance(at, Node):
                 self._warn_coordinates(at)
@@ -244,7 +249,7 @@ class SignalReader:
 
     def _warn_unknown(self, node: Node, is_known: bool) -> None:
         kind = f"the node {node.id!r}" if node.id else "a node without info:id"
-        why = "does not come down to one texture or primvar, scaled" if is_known else "is not supported"
+        why = "does not come down to one primvar, or to one set of coordinates" if is_known else "is not supported"
         self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"{kind} {why}; the default is used")
 
     def _warn_coordinates(self, node: Node) -> None:

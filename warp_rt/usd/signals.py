@@ -1,15 +1,18 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a shading network computes, as far as it is a constant or an affine map of one texture or of one primvar.
+"""What a shading network computes: a constant, or an affine map of one texture, of one primvar, or of one field.
 
 A kernel reads a texture or a primvar and no more: so nodes that scale, shift, mix and rearrange channels are folded,
-while the stage is read, into one matrix.
+while the stage is read, into one matrix. Whatever else is done to textures of one set of coordinates, or to the
+coordinates themselves, makes a field, which ``baking`` makes a texture of.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -20,20 +23,30 @@ CHANNELS = 4
 
 
 class DoesNotFold(Exception):
-    """The value is no affine map of one source."""
+    """The value is neither constant nor a function of one set of texture coordinates."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """What varies over a surface: the value of a texture node, or a primvar."""
+    """What varies over a surface: the value of a texture node, a primvar, or what is computed of them."""
 
     key: str
     """Equal for equal sources."""
     texture: Texture | None = field(default=None, compare=False)
-    """None: a primvar."""
+    """None: a primvar or a field."""
     primvar: str = field(default="", compare=False)
+    """Of a field, that of its texture coordinates."""
     fallback: tuple[float, ...] = field(default=(), compare=False)
     """Of the primvar, where a mesh has none of that name."""
+    computed: Field | None = field(default=None, compare=False)
+    """Of a field."""
+
+    @property
+    def coordinates(self) -> tuple[str, tuple[float, float]] | None:
+        """The primvar, with its fallback, that this is a function of; None where that is no texture coordinates'."""
+        if self.texture is not None:
+            return self.texture.primvar, self.texture.uv_fallback
+        return (self.primvar, (self.fallback[0], self.fallback[1])) if len(self.fallback) == 2 else None
 
 
 @dataclass(frozen=True)
@@ -67,6 +80,11 @@ class Signal:
         """The components of a constant; None of what varies."""
         return None if self.matrix[:, :-1].any() else tuple(self.matrix[:, -1].tolist())
 
+    @cached_property
+    def key(self) -> str:
+        """Equal for equal signals."""
+        return f"{self.source.key if self.source else ''} {self.matrix.tolist()}"
+
     def constant_value(self) -> np.ndarray:
         """Return the components of a constant, shape [n].
 
@@ -99,15 +117,24 @@ class Signal:
         return self.pick([0] * size if self.size == 1 else range(size))
 
 
+@dataclass(frozen=True)
+class Field:
+    """A function of texture coordinates, made of signals that are."""
+
+    function: Callable[..., np.ndarray]
+    """Of the values of each argument, float64, shape [n, k], to at most four components, shape [n, m]."""
+    arguments: tuple[Signal, ...]
+
+
 def join(parts: Sequence[Signal]) -> Signal:
     """Return all components of all parts, in order.
 
     Raises:
-        DoesNotFold: They come from several sources.
+        DoesNotFold: They are functions of different things.
     """
     sources = {part.source for part in parts if part.value is None and part.source is not None}
     if len(sources) > 1:
-        raise DoesNotFold
+        return _field(_joined, parts, sum(part.size for part in parts))
     return Signal(np.concatenate([part.matrix for part in parts]), next(iter(sources), None))
 
 
@@ -117,8 +144,14 @@ def _even(a: Signal, b: Signal) -> tuple[Signal, Signal]:
 
 
 def add(a: Signal, b: Signal, factor: float = 1.0) -> Signal:
-    """Return a + factor b."""
+    """Return a + factor b.
+
+    Raises:
+        DoesNotFold: They are functions of different things.
+    """
     a, b = _even(a, b)
+    if a.source != b.source and a.value is None and b.value is None:
+        return _field(np.add, (a, b.map(factor * np.eye(b.size))), a.size)
     both = join([a, b])
     return Signal(both.matrix[: a.size] + factor * both.matrix[a.size :], both.source)
 
@@ -127,23 +160,65 @@ def multiply(a: Signal, b: Signal) -> Signal:
     """Return a times b, component by component.
 
     Raises:
-        DoesNotFold: Both vary.
+        DoesNotFold: They are functions of different things.
     """
     a, b = _even(a, b)
     if a.value is not None:
         a, b = b, a
+    if b.value is None:
+        return _field(np.multiply, (a, b), a.size)
     return a.map(np.diag(b.constant_value()))
 
 
 def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
-    """Return any function of constants, component by component.
+    """Return any function, component by component.
+
+    Args:
+        function: Of arrays; of a module, so that its name tells all about it.
+        arguments: What it is given; scalars fill as many components as the others have.
 
     Raises:
-        DoesNotFold: One varies, or the result is no number.
+        DoesNotFold: They are functions of different things, or a constant result is no number.
     """
     size = max(argument.size for argument in arguments)
+    even = [argument.resized(size) for argument in arguments]
+    if any(argument.value is None for argument in even):
+        return _field(function, even, size)
     with np.errstate(all="ignore"):
-        values = function(*(argument.resized(size).constant_value() for argument in arguments))
+        values = function(*(argument.constant_value() for argument in even))
     if not np.isfinite(values).all():
         raise DoesNotFold
     return Signal.constant(np.asarray(values, float).tolist())
+
+
+def apply_to_all(function: Callable[..., np.ndarray], size: int, *arguments: Signal) -> Signal:
+    """Return a function of all components of its arguments together, of ``size`` components; else as ``apply``."""
+    if any(argument.value is None for argument in arguments):
+        return _field(function, arguments, size)
+    with np.errstate(all="ignore"):
+        values = function(*(argument.constant_value()[None] for argument in arguments))[0]
+    if not np.isfinite(values).all():
+        raise DoesNotFold
+    return Signal.constant(np.asarray(values, float).tolist())
+
+
+def _joined(*parts: np.ndarray) -> np.ndarray:
+    return np.concatenate(parts, axis=1)
+
+
+def _field(function: Callable[..., np.ndarray], arguments: Sequence[Signal], size: int) -> Signal:
+    """Return a function of signals that are all functions of one set of texture coordinates.
+
+    Raises:
+        DoesNotFold: They are not.
+    """
+    sources = [argument.source for argument in arguments if argument.value is None and argument.source]
+    coordinates = {source.coordinates for source in sources}
+    found = next(iter(coordinates), None)
+    if len(coordinates) != 1 or found is None or size > CHANNELS:
+        raise DoesNotFold
+    said = f"{getattr(function, '__module__', '')}.{function.__name__} {[argument.key for argument in arguments]}"
+    key = hashlib.blake2b(said.encode(), digest_size=16).hexdigest()
+    primvar, fallback = found
+    source = Source(key, primvar=primvar, fallback=fallback, computed=Field(function, tuple(arguments)))
+    return Signal.of(source, size)

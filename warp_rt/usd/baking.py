@@ -1,0 +1,308 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fields made textures: what a network computes of texture coordinates, evaluated once, texel by texel.
+
+Where all images that a field reads are placed alike, their texels are its texels, and it is computed of each: only what
+is read between texels is then interpolated after the network instead of before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warp_rt.scene import Image, Texture, Tiles, Wrap
+from warp_rt.texture_values import decoded_texels, grid_values, texture_values
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.signals import CHANNELS, Signal, Source
+
+PLAIN_SIZE = 1024  # texels each way of what is computed of coordinates themselves, as ramps and chequers are
+MAX_STRETCHED = 2048  # texels each way of images that are not placed alike, unless one has more itself
+_CHUNK = 1 << 15  # texels at a time: what is computed of them stays in the caches
+_PROBES = 64
+_BEYOND = (-1.0, 1.0, 2.0)  # units that probes are moved by
+_SAME = 1e-5  # to within this two values are one
+_SINGULAR = 1e-12
+
+
+@dataclass(frozen=True)
+class Baked:
+    """A texture in place of a field."""
+
+    texture: Texture
+    size: tuple[int, int]
+    """Width and height [texel], of the largest tile."""
+    is_whole: bool
+    """Whether the field beyond the unit square is as the texture has it; else that square is repeated."""
+
+
+def bake(source: Source, images: ImageCache) -> Baked:
+    """Return the texture that gives what a field does.
+
+    Args:
+        source: The field.
+        images: Takes its images.
+    """
+    leaves = list(_leaves(source, set()))
+    textures = [leaf.texture for leaf in leaves if leaf.texture is not None]
+    transform, is_common = _transform(textures)
+    from_image = np.linalg.inv(transform)
+    size = _size(leaves, images.images, from_image)
+    evaluation = _Evaluation(images.images, size, from_image)
+    used = [row for texture in textures for row in _rows(texture)]
+
+    def made(column: int, row: int, border: np.ndarray) -> int:
+        key = f"{source.key} {transform.tolist()} {size} {column} {row} {border.tolist()}"
+        return images.computed(
+            key, used, lambda: evaluation.texels(source, column, row, is_tile=is_tiled) - border.astype(np.float32)
+        )
+
+    grids = [texture.tiles for texture in textures if texture.tiles is not None]
+    is_tiled = bool(grids) and is_common
+    if is_tiled:
+        image, tiles = _lay_out(grids, lambda column, row: made(column, row, np.zeros(CHANNELS)))
+        wraps, border, is_whole = [Wrap.BLACK, Wrap.BLACK], np.zeros(CHANNELS), True
+    else:
+        wraps, border, is_whole = _beyond(evaluation, source)
+        image, tiles = made(0, 0, border), None
+    red, green, blue, alpha = border.tolist()
+    texture = Texture(
+        image,
+        tiles=tiles,
+        primvar=source.primvar,
+        uv_fallback=(source.fallback[0], source.fallback[1]),
+        uv_transform=transform[:2].astype(np.float32),
+        wrap_s=wraps[0],
+        wrap_t=wraps[1],
+        bias=(red, green, blue, alpha),
+    )
+    return Baked(texture, size, is_whole)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where a field is asked for: single places of the image that is made, or the middles of rows of its texels."""
+
+    points: np.ndarray
+    """Shape [n, 2]; of rows of texels one after the other."""
+    grid: tuple[np.ndarray, np.ndarray] | None = None
+    """Of rows of texels their places across and upwards."""
+    tile: tuple[int, int] | None = None
+    """The tile that they are on."""
+
+
+class _Evaluation:
+    """Values of signals at places of the image that is made."""
+
+    def __init__(self, images: Sequence[Image], size: tuple[int, int], from_image: np.ndarray) -> None:
+        self._images = images
+        self._size = size
+        self._from_image = from_image
+        self._decoded: dict[tuple[int, bool], np.ndarray] = {}
+
+    def texels(self, source: Source, column: int, row: int, *, is_tile: bool) -> np.ndarray:
+        """Return the values at all texels of a tile, or of the one image, float32, shape [height, width, 4]."""
+        width, height = self._size
+        x = column + (np.arange(width) + 0.5) / width
+        y = row + (np.arange(height) + 0.5) / height
+        lines = max(1, _CHUNK // width)
+        texels = np.empty((height, width, CHANNELS), np.float32)
+        for first in range(0, height, lines):
+            rows = y[first : first + lines]
+            points = np.stack([np.tile(x, len(rows)), np.repeat(rows, width)], axis=1)
+            places = _Places(points, (x, rows), (column, row) if is_tile else None)
+            texels[first : first + lines] = self._source(source, places, {}).reshape(len(rows), width, CHANNELS)
+        return texels
+
+    def at(self, source: Source, points: np.ndarray) -> np.ndarray:
+        """Return the values at places of the image, shape [n, 2]: float64, shape [n, 4]."""
+        return self._source(source, _Places(points), {})
+
+    def _signal(self, signal: Signal, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
+        offset = signal.matrix[:, -1]
+        if signal.value is not None or signal.source is None:
+            return np.tile(offset, (len(places.points), 1))
+        return np.asarray(self._source(signal.source, places, done) @ signal.matrix[:, :-1].T + offset)
+
+    def _source(self, source: Source, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
+        """Return the four components of a source, float64, shape [n, 4]; ``done`` keeps them, by key."""
+        if source.key not in done:
+            done[source.key] = self._found(source, places, done)
+        return done[source.key]
+
+    def _found(self, source: Source, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
+        if source.computed is not None:
+            arguments = [self._signal(argument, places, done) for argument in source.computed.arguments]
+            with np.errstate(all="ignore"):
+                values = np.asarray(source.computed.function(*arguments), float)
+            return _padded(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0))
+        if source.texture is None:
+            return _padded(self._coordinates(places.points))
+        if places.tile is not None and source.texture.tiles is not None:
+            return self._texture(_on_tile(source.texture, places.tile), places)
+        return self._texture(source.texture, places)
+
+    def _coordinates(self, points: np.ndarray) -> np.ndarray:
+        return np.asarray(points @ self._from_image[:2, :2].T + self._from_image[:2, 2])
+
+    def _texture(self, texture: Texture, places: _Places) -> np.ndarray:
+        placed = _matrix(texture) @ self._from_image
+        is_upright = placed[0, 1] == placed[1, 0] == 0.0
+        if places.grid is None or not is_upright or texture.image < 0 or texture.tiles is not None:
+            return texture_values(texture, self._images, self._coordinates(places.points))
+        across, upwards = places.grid
+        s, t = placed[0, 0] * across + placed[0, 2], placed[1, 1] * upwards + placed[1, 2]
+        key = (texture.image, texture.is_srgb)
+        if key not in self._decoded:
+            pixels = self._images[texture.image].pixels
+            self._decoded[key] = decoded_texels(pixels, is_srgb=texture.is_srgb).astype(np.float32)
+        values = grid_values(self._decoded[key], s, t, texture.wrap_s, texture.wrap_t)
+        return np.asarray(values.reshape(-1, CHANNELS) * texture.scale + texture.bias)
+
+
+def _on_tile(texture: Texture, tile: tuple[int, int]) -> Texture:
+    """Return one tile of a texture; transparent black, as it is scaled and shifted, where there is none."""
+    grid = texture.tiles
+    if grid is None:
+        return texture
+    column, row = tile[0] - grid.left, tile[1] - grid.bottom
+    is_there = 0 <= row < len(grid.images) and 0 <= column < len(grid.images[0])
+    image = grid.images[row][column] if is_there else -1
+    moved = texture.uv_transform.astype(float)
+    moved[:, 2] -= tile
+    return replace(
+        texture,
+        image=image,
+        tiles=None,
+        uv_transform=moved,
+        wrap_s=Wrap.CLAMP,
+        wrap_t=Wrap.CLAMP,
+        fallback=texture.fallback if image >= 0 else texture.bias,
+    )
+
+
+def _padded(values: np.ndarray) -> np.ndarray:
+    return np.pad(values, ((0, 0), (0, CHANNELS - values.shape[1])))
+
+
+def _matrix(texture: Texture) -> np.ndarray:
+    return np.vstack([texture.uv_transform.astype(float), [0.0, 0.0, 1.0]])
+
+
+def _rows(texture: Texture) -> tuple[int, ...]:
+    if texture.tiles is not None:
+        return texture.tiles.present
+    return (texture.image,) if texture.image >= 0 else ()
+
+
+def _leaves(source: Source, seen: set[str]) -> Iterator[Source]:
+    """Yield what a field is made of in the end: textures and coordinates, each once."""
+    if source.key in seen:
+        return
+    seen.add(source.key)
+    if source.computed is None:
+        yield source
+        return
+    for argument in source.computed.arguments:
+        if argument.source is not None and argument.value is None:
+            yield from _leaves(argument.source, seen)
+
+
+def _transform(textures: Sequence[Texture]) -> tuple[np.ndarray, bool]:
+    """Return how the image is placed, shape [3, 3], and whether that is how all textures are.
+
+    Else it lies over the unit square of the coordinates.
+    """
+    transforms = [_matrix(texture) for texture in textures] or [np.eye(3)]
+    is_common = all(np.array_equal(transforms[0], other) for other in transforms)
+    if is_common and abs(np.linalg.det(transforms[0])) > _SINGULAR:
+        return transforms[0], True
+    return np.eye(3), False
+
+
+def _size(leaves: Sequence[Source], images: Sequence[Image], from_image: np.ndarray) -> tuple[int, int]:
+    """Return the width and height that are as fine as the finest of what a field reads, within limits."""
+    size, limit = np.ones(2), np.full(2, float(MAX_STRETCHED))
+    for leaf in leaves:
+        if leaf.texture is None:
+            size = np.maximum(size, PLAIN_SIZE)
+            continue
+        stretch = _matrix(leaf.texture)[:2] @ from_image[:, :2]
+        for row in _rows(leaf.texture):
+            height, width = images[row].pixels.shape[:2]
+            size = np.maximum(size, np.linalg.norm(stretch * [[width], [height]], axis=0))
+            limit = np.maximum(limit, (width, height))
+    width, height = np.minimum(np.ceil(size - _SAME), limit).astype(int).tolist()
+    return width, height
+
+
+def _lay_out(grids: Sequence[Tiles], made: Callable[[int, int], int]) -> tuple[int, Tiles]:
+    """Return one of the images and the grid of tiles that any of several grids has, each made by its place."""
+    places = {
+        (grid.left + column, grid.bottom + row)
+        for grid in grids
+        for row, images in enumerate(grid.images)
+        for column, image in enumerate(images)
+        if image >= 0
+    }
+    (left, bottom), (right, top) = np.min(list(places), axis=0).tolist(), np.max(list(places), axis=0).tolist()
+    rows = tuple(
+        tuple(made(column, row) if (column, row) in places else -1 for column in range(left, right + 1))
+        for row in range(bottom, top + 1)
+    )
+    tiles = Tiles(left, bottom, rows)
+    return tiles.present[0], tiles
+
+
+def _beyond(evaluation: _Evaluation, source: Source) -> tuple[list[Wrap], np.ndarray, bool]:
+    """Return the wrap modes by which a field goes on beyond the unit square, and its value there if they are black.
+
+    It is asked for at places in the square and beyond it; the last that is returned is whether a mode fits each way.
+    """
+    inside = np.random.default_rng(0).uniform(0.02, 0.98, (_PROBES, 2))
+    wraps, border, is_whole = [], None, True
+    for axis in (0, 1):
+        outside = np.tile(inside, (len(_BEYOND), 1))
+        outside[:, axis] += np.repeat(_BEYOND, _PROBES)
+        found = evaluation.at(source, outside)
+        slack = _SAME * max(1.0, float(np.abs(found).max()))
+        wrap = next(
+            (
+                mode
+                for mode, fold in _FOLDS.items()
+                if np.abs(evaluation.at(source, _folded(outside, axis, fold)) - found).max() <= slack
+            ),
+            None,
+        )
+        if wrap is None:
+            far = found[np.abs(outside[:, axis] - 0.5) > 1.0]  # nearer, the outermost texels show between texels
+            edge = far[0] if border is None else border
+            is_black = np.abs(far - edge).max() <= slack
+            border, wrap = (edge, Wrap.BLACK) if is_black else (border, Wrap.REPEAT)
+            is_whole = is_whole and bool(is_black)
+        wraps.append(wrap)
+    return wraps, np.zeros(CHANNELS) if border is None else border, is_whole
+
+
+def _folded(places: np.ndarray, axis: int, fold: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    result = places.copy()
+    result[:, axis] = fold(places[:, axis])
+    return result
+
+
+def _repeated(s: np.ndarray) -> np.ndarray:
+    return s - np.floor(s)
+
+
+def _clamped(s: np.ndarray) -> np.ndarray:
+    return np.clip(s, 0.0, 1.0)
+
+
+def _mirrored(s: np.ndarray) -> np.ndarray:
+    return 1.0 - np.abs(s - 2.0 * np.floor(s / 2.0) - 1.0)
+
+
+_FOLDS = {Wrap.REPEAT: _repeated, Wrap.CLAMP: _clamped, Wrap.MIRROR: _mirrored}
+"""Where in the unit square the value of a place is found."""
