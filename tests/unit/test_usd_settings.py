@@ -240,3 +240,15 @@ def test_a_camera_that_is_not_there_is_named():
     assert [(d.code, d.prim) for d in load_stage(stage).diagnostics] == [("W523", "/S")]
     stage.GetRootLayer().ImportFromString(text + 'def Camera "Cam" {\n}')
     assert load_stage(stage).diagnostics == ()
+
+
+def test_a_product_whose_own_value_makes_no_sense_is_named():
+    stage = Usd.Stage.CreateInMemory()
+    text = (
+        '#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\n'
+        'def RenderSettings "S" {\nrel products = </P>\nfloat pixelAspectRatio = -1\n}\n'
+        'def RenderProduct "P" {\nint2 resolution = (0, 5)\n}\ndef Sphere "s" {\n}\n'
+    )
+    assert stage.GetRootLayer().ImportFromString(text)
+    found = {(d.code, d.prim, d.message.split(":")[0]) for d in load_stage(stage).diagnostics}
+    assert found == {("W523", "/P", "resolution"), ("W523", "/S", "pixelAspectRatio")}

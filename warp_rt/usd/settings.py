@@ -321,15 +321,17 @@ class _Reader:
 
     def _value(self, name: str) -> Any:
         """Return the strongest authored value; None where nothing is authored."""
-        for prim in self._prims:
-            attribute = prim.GetAttribute(name)
-            if attribute and attribute.HasAuthoredValue():
-                # Where only samples are authored, Get() returns the schema's fallback.
-                is_default = (
-                    attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
-                )
-                return attribute.Get(Usd.TimeCode.Default() if is_default else Usd.TimeCode.EarliestTime())
-        return None
+        prim = self._author(name)
+        if prim is None:
+            return None
+        attribute = prim.GetAttribute(name)
+        # Where only samples are authored, Get() returns the schema's fallback.
+        is_default = attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
+        return attribute.Get(Usd.TimeCode.Default() if is_default else Usd.TimeCode.EarliestTime())
+
+    def _author(self, name: str) -> Usd.Prim | None:
+        """Return the prim whose value counts; None where nothing is authored."""
+        return next((prim for prim in self._prims if prim.GetAttribute(name).HasAuthoredValue()), None)
 
     def _whole_number(self, name: str, low: int, high: int) -> int | None:
         found = self._numbers(name, 1)
@@ -349,7 +351,8 @@ class _Reader:
         return found
 
     def _invalid(self, name: str, why: str) -> None:
-        self._report.warn(INVALID_SETTING, self._prims[-1].GetPath(), f"{name}: {why}; ignored")
+        prim = self._author(name) or self._prims[-1]
+        self._report.warn(INVALID_SETTING, prim.GetPath(), f"{name}: {why}; ignored")
 
     def _ignored(self, name: str, instead: str) -> None:
         self._report.warn(IGNORED_SETTING, self._prims[-1].GetPath(), f"{name} is not supported; {instead}")
