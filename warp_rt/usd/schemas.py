@@ -20,7 +20,8 @@ _LABELS = "SemanticsLabelsAPI:"
 _HEEDED = ("MotionAPI", "VisibilityAPI", "LODOverrideAPI", "LODRootAPI")
 _OF_IMAGEABLES = ("visibility", "purpose")
 _OF_XFORMABLES = ("xformOpOrder",)
-FOREIGN = frozenset((*_OF_XFORMABLES, *_OF_IMAGEABLES))
+_OF_GEOMETRY = ("points",)  # told of prims without a type, whose author may have forgotten it
+FOREIGN = frozenset((*_OF_XFORMABLES, *_OF_IMAGEABLES, *_OF_GEOMETRY))
 """Attributes that other prims than Xformables may have in vain."""
 _SAY_NOTHING = ("inherited", "default")
 
@@ -71,7 +72,7 @@ def _is_heeded(schema: str) -> bool:
 def report_meaningless(
     prim: Usd.Prim, prim_type: PrimType, names: Set[str], time: Usd.TimeCode, report: Report
 ) -> None:
-    """Note where a prim that is no Xformable is to be moved, and one that is no Imageable to be hidden.
+    """Note where a prim that is no Xformable is to be moved, one that is no Imageable hidden, one of no type drawn.
 
     Args:
         prim: No Xformable.
@@ -81,8 +82,10 @@ def report_meaningless(
         report: Takes the note.
     """
     foreign = _OF_XFORMABLES if prim_type.is_imageable else (*_OF_XFORMABLES, *_OF_IMAGEABLES)
+    if not prim_type.name:
+        foreign = (*foreign, *_OF_GEOMETRY)
     values = {name: prim.GetAttribute(name).Get(time) for name in foreign if name in names}
-    idle = [name for name, value in values.items() if value and value not in _SAY_NOTHING]
+    idle = [name for name, value in values.items() if value and not (isinstance(value, str) and value in _SAY_NOTHING)]
     if idle:
         kind = f"a {prim_type.name}" if prim_type.name else "a prim without a type"
         report.warn(IDLE_ATTRIBUTE, prim.GetPath(), f"{', '.join(idle)} on {kind}: without effect, by USD's rules")
