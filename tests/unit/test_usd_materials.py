@@ -545,6 +545,38 @@ def test_inputs_that_a_preview_surface_does_not_have_are_noted_in_one_line(ident
     assert found == [("N917", "/M/S", True, False)]
 
 
+def test_inputs_that_the_nodes_of_a_preview_surface_do_not_have_are_noted():
+    surface = 'uniform token info:id = "UsdPreviewSurface"\ncolor3f inputs:diffuseColor.connect = </M/T.outputs:rgb>'
+    nodes = """
+    def Shader "T" {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @none.png@
+        token inputs:isSRGB = "auto"
+        token inputs:wrapS = "repeat"
+        float2 inputs:st.connect = </M/X.outputs:result>
+        float3 outputs:rgb
+    }
+    def Shader "X" {
+        uniform token info:id = "UsdTransform2d"
+        float2 inputs:in.connect = </M/R.outputs:result>
+        float2 inputs:translate = (0, 1)
+        float2 outputs:result
+    }
+    def Shader "R" {
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "st"
+        token inputs:name = "st"
+        float2 outputs:result
+    }"""
+    stage, report = _stage(_material(surface, more=nodes)), Report()
+    MaterialReader(stage, TIME, report).bind(stage.GetPrimAtPath("/Mesh"))
+    assert {(d.prim, d.message) for d in report if d.code == "N917"} == {
+        ("/M/T", "UsdUVTexture has no inputs:isSRGB; ignored"),
+        ("/M/X", "UsdTransform2d has no inputs:translate; ignored"),
+        ("/M/R", "UsdPrimvarReader has no inputs:name; ignored"),
+    }
+
+
 @pytest.mark.parametrize(
     ("space", "expected", "codes"),
     [

@@ -26,7 +26,14 @@ from warp_rt.usd.bsdf_graphs import BsdfReader
 from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
 from warp_rt.usd.foreign_surfaces import ForeignReader
 from warp_rt.usd.image_cache import ImageCache, KeptImages
-from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers
+from warp_rt.usd.shading_network import (
+    WRONG_TYPE,
+    Node,
+    find_source,
+    note_unknown_inputs,
+    read_constant,
+    read_numbers,
+)
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 from warp_rt.usd.surface_inputs import InputReader
 
@@ -36,7 +43,6 @@ NO_SURFACE = "W307"
 NORMAL_MAP = "W309"
 DANGLING_BINDING = "W310"
 UNKNOWN_INPUT = "W311"
-UNKNOWN_PREVIEW_INPUTS = "N917"
 
 DISPLAY_COLOR_MATERIAL = "/__displayColor"
 """Path of the material of prims that have none."""
@@ -234,16 +240,9 @@ class MaterialReader:
             if port.GetBaseName() not in _WHITTED_INPUTS:
                 self._report.warn(UNKNOWN_INPUT, port.GetAttr().GetPath(), "WhittedSurface has no such input; ignored")
 
-    def _note_unknown_inputs(self, shader: UsdShade.Shader) -> None:
-        """Note what a UsdPreviewSurface does not have: a misspelling, or what its exporter keeps there."""
-        names = [port.GetFullName() for port in shader.GetInputs() if port.GetBaseName() not in _PREVIEW_NAMES]
-        if names:
-            message = f"UsdPreviewSurface has no {', '.join(sorted(names))}; ignored"
-            self._report.warn(UNKNOWN_PREVIEW_INPUTS, shader.GetPath(), message)
-
     def _preview_surface(self, path: str, shader: UsdShade.Shader, material: Usd.Prim) -> Material:
         inputs = self._read_inputs(shader, _PREVIEW_INPUTS, material)
-        self._note_unknown_inputs(shader)
+        note_unknown_inputs(shader, "UsdPreviewSurface", _PREVIEW_NAMES, self._report)
         self._check_normal_map(inputs.get("normal"), shader)
         workflow = read_numbers(shader, "useSpecularWorkflow", (1,), self._time, self._report) or (0.0,)
         threshold = read_numbers(shader, "opacityThreshold", (1,), self._time, self._report) or (0.0,)

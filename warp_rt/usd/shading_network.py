@@ -9,7 +9,7 @@ too deep for it, and a cycle or a broken connection becomes a diagnostic instead
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from warp_rt.usd.attribute_values import numbers, shown
 BROKEN_CONNECTION = "W304"
 WRONG_TYPE = "W306"
 CONNECTED_CONSTANT = "W308"
+UNKNOWN_INPUTS = "N917"
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,20 @@ def shader_id(shader: UsdShade.Shader) -> str:
             value = attribute.Get()
             return f"{':'.join(parts[1:-1]) or 'source'}:{getattr(value, 'path', 'code')}"
     return ""
+
+
+def note_unknown_inputs(shader: UsdShade.Shader, kind: str, names: Collection[str], report: Report) -> None:
+    """Note the inputs of a node that its kind does not have: misspellings, or what its exporter keeps there.
+
+    Args:
+        shader: The node.
+        kind: What it is.
+        names: The inputs that the kind has, without ``inputs:``.
+        report: Takes the note.
+    """
+    unknown = sorted(port.GetFullName() for port in shader.GetInputs() if port.GetBaseName() not in names)
+    if unknown:
+        report.warn(UNKNOWN_INPUTS, shader.GetPath(), f"{kind} has no {', '.join(unknown)}; ignored")
 
 
 def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.Attribute | Node | None:

@@ -23,7 +23,15 @@ from warp_rt.usd.attribute_values import numbers
 from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materialx_nodes import fold, is_known_node
-from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_constant, read_numbers, read_token
+from warp_rt.usd.shading_network import (
+    WRONG_TYPE,
+    Node,
+    find_source,
+    note_unknown_inputs,
+    read_constant,
+    read_numbers,
+    read_token,
+)
 from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, multiply
 from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, gltf_placement, transform_2d
 from warp_rt.usd.texture_nodes import TextureNodes
@@ -33,6 +41,12 @@ UNKNOWN_NODE = "W303"
 
 # Nodes that give what comes in by the input of this name.
 _PASSING_ON = {"MayaND_fileTexture_color3": "inColor", "MayaND_fileTexture_color4": "inColor"}
+# What USD's own nodes have.
+_INPUTS = {
+    "UsdUVTexture": ("file", "st", "wrapS", "wrapT", "fallback", "scale", "bias", "sourceColorSpace"),
+    "UsdPrimvarReader": ("varname", "fallback"),
+    "UsdTransform2d": ("in", "rotation", "scale", "translation"),
+}
 _READER = re.compile(r"(?:ND_)?(?:UsdPrimvarReader|geompropvalue)_([a-z]+)(\d?)")
 # Components of readers whose name does not end with the number; the kinds left out give no colour.
 _READER_SIZES = {"float": 1, "int": 1, "integer": 1, "color": 3, "vector": 3, "normal": 3, "point": 3}
@@ -124,6 +138,9 @@ class SignalReader:
             DoesNotFold: It is no node that folds.
         """
         name, shader = node.id.removeprefix("ND_"), node.shader
+        own = node.id.split("_")[0]
+        if own in _INPUTS:
+            note_unknown_inputs(shader, own, _INPUTS[own], self._report)
         if name.startswith("UsdUVTexture"):
             source = self._uv_texture(shader, material)
             return Signal.of(source, CHANNELS).pick(_OUTPUTS.get(node.output, (0, 1, 2)))
