@@ -335,6 +335,10 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         .replace(SPHERE_ST, QUAD + "\nfloat[] primvars:st = [0.5]"),
         {"/M"},
     ),
+    "N936": (
+        'def Points "p" { point3f[] points = [(0, 0, 0)]\nfloat[] widths = [1]\nvector3f[] velocities = [(1, 0, 0)]\n}',
+        {"/p"},
+    ),
     "N912": (
         textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Cube "s"').replace(SPHERE_ST, ""),
         {"/M"},

@@ -9,9 +9,10 @@ import pytest
 from pxr import Usd, UsdGeom
 
 from warp_rt import Renderer, RenderOptions
+from warp_rt.report import Report
 from warp_rt.scene import Camera
 from warp_rt.usd.load import load_stage
-from warp_rt.usd.motion import carries, moves
+from warp_rt.usd.motion import carriers, moves, read_times
 
 
 def stage(body: str) -> Usd.Stage:
@@ -68,11 +69,15 @@ def test_velocities_carry_where_they_fit_as_usd_has_it(points, velocities, time,
         f"vector3f[] velocities.timeSamples = {velocities}\n}}"
     )
     prim, code = made.GetPrimAtPath("/p"), Usd.TimeCode(time)
-    assert carries(prim, code) is carried
+    assert carriers(prim, code) == ({"velocities"} if carried else set())
     schema = UsdGeom.PointBased(prim)
     moved = schema.ComputePointsAtTime(code, code) != schema.GetPointsAttr().Get(code)
     assert moved is carried
-    assert not carries(prim, Usd.TimeCode.Default())
+    assert not carriers(prim, Usd.TimeCode.Default())
+    report = Report()
+    read_times(prim, code, code, report)
+    is_idle = not carried and "[]" not in velocities
+    assert [(note.code, note.prim) for note in report] == ([("N936", "/p")] if is_idle else [])
 
 
 TRIANGLES = """

@@ -120,7 +120,7 @@ class GprimReader:
         key = prim.GetPrimInPrototype().GetPath() if context.is_proxy and skin is None else path
         times = (self._time, None)
         if "velocities" in authored.names:
-            times = read_times(prim, self._time, self._base_time)
+            times = read_times(prim, self._time, self._base_time, self._report)
         level = context.level
         if level is None:
             level = self._levels.get(str(path), self._level) if self._levels else self._level

@@ -14,9 +14,12 @@ from dataclasses import replace
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
+from warp_rt.report import Report
 from warp_rt.scene import Camera
 from warp_rt.usd.arrays import float_rows, vector_rows
 from warp_rt.usd.stage import has_rate
+
+IDLE_VELOCITIES = "N936"
 
 # What is carried, and by what.
 _OF_POINTS = (("points", "velocities"),)
@@ -72,7 +75,9 @@ def without_idle_shutters(stage: Usd.Stage, cameras: Sequence[Camera], time: Usd
     return found
 
 
-def read_times(prim: Usd.Prim, time: Usd.TimeCode, base_time: Usd.TimeCode) -> tuple[Usd.TimeCode, Usd.TimeCode | None]:
+def read_times(
+    prim: Usd.Prim, time: Usd.TimeCode, base_time: Usd.TimeCode, report: Report
+) -> tuple[Usd.TimeCode, Usd.TimeCode | None]:
     """Return when a prim's arrays are read, and when velocities have carried its points from there; None: they do not.
 
     Args:
@@ -80,18 +85,37 @@ def read_times(prim: Usd.Prim, time: Usd.TimeCode, base_time: Usd.TimeCode) -> t
         time: What is drawn.
         base_time: The frame that ``time`` is a moment of: where there are velocities, topology and points are those of
             the sample at or before it.
+        report: Takes a note of velocities that carry nothing.
     """
-    return (base_time, time) if carries(prim, base_time) else (time, None)
+    carrying = carriers(prim, base_time)
+    if not base_time.IsDefault() and has_rate(prim.GetStage()):
+        for name in dict.fromkeys(carrier for _, carrier in _carried(prim)):
+            if name not in carrying:
+                _note_idle(prim, name, base_time, report)
+    return (base_time, time) if carrying else (time, None)
 
 
-def carries(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    """Return whether velocities move a prim's points, or a PointInstancer's instances, away from their sample.
+def _note_idle(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> None:
+    speeds = float_rows(prim.GetAttribute(name).Get(time))
+    if speeds is not None and speeds.any():
+        what = " or ".join(carried for carried, carrier in _carried(prim) if carrier == name)
+        message = f"{name} carry nothing: they have not the time samples of {what}, or not as many elements"
+        report.warn(IDLE_VELOCITIES, prim.GetPath(), message)
+
+
+def _carried(prim: Usd.Prim) -> tuple[tuple[str, str], ...]:
+    return _OF_INSTANCES if prim.GetTypeName() == "PointInstancer" else _OF_POINTS
+
+
+def carriers(prim: Usd.Prim, time: Usd.TimeCode) -> set[str]:
+    """Return the velocities that move a prim's points, or a PointInstancer's instances, away from their sample.
 
     They do where both have samples at the same times before and after, and as many elements in the one before.
     """
     if time.IsDefault() or not has_rate(prim.GetStage()):
-        return False
-    for carried, carrier in _OF_INSTANCES if prim.GetTypeName() == "PointInstancer" else _OF_POINTS:
+        return set()
+    found = set()
+    for carried, carrier in _carried(prim):
         velocities = prim.GetAttribute(carrier)
         if not velocities or not velocities.GetNumTimeSamples():
             continue
@@ -101,8 +125,8 @@ def carries(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
             continue
         here, speeds = float_rows(points.Get(samples[0])), float_rows(velocities.Get(samples[0]))
         if here is not None and speeds is not None and len(here) == len(speeds) > 0:
-            return True
-    return False
+            found.add(carrier)
+    return found
 
 
 def read_points(prim: Usd.Prim, time: Usd.TimeCode, carried_to: Usd.TimeCode | None) -> np.ndarray | None:

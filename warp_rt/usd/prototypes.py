@@ -107,7 +107,8 @@ class Prototypes:
             builder: Takes the copies.
             walk_group: Walks the prototypes.
         """
-        instances = read_point_instances(prim, *read_times(prim, self._time, self._base_time), self._report)
+        times = read_times(prim, self._time, self._base_time, self._report)
+        instances = read_point_instances(prim, *times, self._report)
         self._note_children(prim, instances.prototypes)
         name = context.name(prim)
         own = constants_of_instances(prim, self._time, self._report)  # of prototypes elsewhere too
