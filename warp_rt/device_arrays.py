@@ -4,11 +4,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 
 def array_of_one(struct: Any, dtype: Any, device: str) -> wp.array:
     """Return a struct as kernels take large ones: in an array, which no thread copies."""
     return wp.array([struct], dtype=dtype, device=device)
+
+
+class Joined:
+    """Arrays that will lie one after the other, as ``Packer.chunks`` lays them."""
+
+    def __init__(self) -> None:
+        self.parts: list[np.ndarray] = []
+        self.count = 0
+        """Rows of all of them."""
+
+    def append(self, rows: np.ndarray) -> int:
+        """Add an array, and return where it begins."""
+        self.parts.append(rows)
+        self.count += len(rows)
+        return self.count - len(rows)
+
+
+class Packer:
+    """Makes device arrays and keeps count of their bytes."""
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self.bytes = 0
+
+    def array(self, values: np.ndarray, dtype: Any, ndim: int = 1) -> wp.array:
+        """Return an array of some type and dimension."""
+        values = np.ascontiguousarray(values)
+        self.bytes += values.nbytes
+        if values.size == 0:
+            return wp.zeros(shape=values.shape[:ndim], dtype=dtype, device=self.device)
+        return wp.array(values, dtype=dtype, ndim=ndim, device=self.device)
+
+    def chunks(self, parts: Sequence[np.ndarray], dtype: Any, row: tuple[int, ...], scalar: type) -> wp.array:
+        """Return arrays as one, whose rows are of the shape ``row``."""
+        joined = np.concatenate(parts) if parts else np.zeros((0, *row), scalar)
+        return self.array(np.ascontiguousarray(joined, scalar).reshape(-1, *row), dtype)
+
+    def records(self, struct: Any, rows: Sequence[dict[str, Any]]) -> wp.array:
+        """Return an array of structs from their fields."""
+        table = np.zeros(len(rows), struct.numpy_dtype())
+        for record, row in zip(table, rows, strict=True):
+            for name, value in row.items():
+                record[name] = value
+        return self.array(table, struct)

@@ -69,6 +69,10 @@ PARTS = {
         *("film", "film_buffers", "film_camera", "frame", "plain", "exposure", "renderer", "shutter", "tree_recording"),
         *(
             "device_arrays",
+            "device_images",
+            "upload_lights",
+            "upload_materials",
+            "upload_meshes",
             "render_kernels",
             "worker_scratch",
             "film_launches",

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image as PilImage
 
 import warp_rt
-from warp_rt import device_scene
+from warp_rt import device_images
 from warp_rt.api import open_scene
 from warp_rt.shutter import render_frame
 from warp_rt.usd import image_cache
@@ -112,8 +112,8 @@ def blurred(stage: Path, *, is_shared: bool, **options: object) -> tuple[warp_rt
 
 def test_a_blurred_picture_reads_and_reduces_each_image_once(stage, read, monkeypatch) -> None:
     made = []
-    levels = device_scene.coarser_levels
-    monkeypatch.setattr(device_scene, "coarser_levels", lambda *args, **how: made.append(1) or levels(*args, **how))
+    levels = device_images.coarser_levels
+    monkeypatch.setattr(device_images, "coarser_levels", lambda *args, **how: made.append(1) or levels(*args, **how))
     _, moments = blurred(stage, is_shared=True)
     assert moments == 4
     assert sorted(read) == ["a.png", "sky.png"]
