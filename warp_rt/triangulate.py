@@ -7,8 +7,8 @@ from __future__ import annotations
 import mapbox_earcut
 import numpy as np
 
-# Bounds the temporary arrays to some ten megabytes, however large the mesh.
-_BLOCK_CORNERS = 1 << 18
+# At a time: what is computed on the way stays in the cache, and takes little memory however large the mesh.
+_BLOCK_CORNERS = 1 << 15
 
 # A fan's triangle may be turned over by this part of its face's area before the face counts as concave: the noise of
 # float32 points that are meant to lie on one line. The error in area has the same bound.
@@ -39,8 +39,9 @@ def triangulate(
         return starts[:, None] + _fan(3), np.arange(len(starts))
     corners: list[np.ndarray] = [np.zeros((0, 3), np.int64)]
     faces: list[np.ndarray] = [np.zeros(0, np.int64)]
-    for count in np.unique(counts):
-        of_count = np.flatnonzero(counts == count)
+    kinds = np.unique(counts)
+    for count in kinds:
+        of_count = np.flatnonzero(counts == count) if len(kinds) > 1 else np.arange(len(counts))
         step = max(1, _BLOCK_CORNERS // int(count))
         for begin in range(0, len(of_count), step):
             block = of_count[begin : begin + step]
@@ -58,11 +59,21 @@ def _cut_block(
     local = _fan(count)
     if count == 3:
         return starts[:, None] + local, np.arange(len(starts))
-    corner_points = points[indices[starts[:, None] + np.arange(count)]].astype(np.float64)
-    spokes = corner_points[:, 1:] - corner_points[:, :1]
-    double_areas = np.cross(spokes[:, :-1], spokes[:, 1:])
+    # Each coordinate of all polygons' first corners, second corners and so on: NumPy is fast along long rows.
+    corner_points = points.T[:, indices[starts + np.arange(count)[:, None]]].astype(np.float64)
+    x, y, z = corner_points[:, 1:] - corner_points[:, :1]
+    double_areas = np.stack(
+        [
+            y[:-1] * z[1:] - z[:-1] * y[1:],
+            z[:-1] * x[1:] - x[:-1] * z[1:],
+            x[:-1] * y[1:] - y[:-1] * x[1:],
+        ]
+    )
     normals = double_areas.sum(axis=1)
-    is_fan = (np.einsum("fik,fk->fi", double_areas, normals).min(axis=1)) >= -_TURNED_AREA * (normals**2).sum(axis=1)
+    along = (double_areas * normals[:, None]).sum(axis=0)
+    is_fan = along.min(axis=0) >= -_TURNED_AREA * (normals**2).sum(axis=0)
+    if is_fan.all():
+        return (starts[:, None, None] + local).reshape(-1, 3), np.repeat(np.arange(len(starts)), count - 2)
     fans, others = np.flatnonzero(is_fan), np.flatnonzero(~is_fan)
     corners = [(starts[fans, None, None] + local).reshape(-1, 3)]
     faces = [np.repeat(fans, count - 2)]
@@ -71,7 +82,8 @@ def _cut_block(
         faces.append(np.repeat(others, 2))
     else:
         for face in others:
-            clipped = _clip_ears(corner_points[face] - corner_points[face, 0], normals[face])
+            outline = corner_points[:, :, face].T
+            clipped = _clip_ears(outline - outline[0], normals[:, face])
             corners.append(starts[face] + clipped)
             faces.append(np.full(len(clipped), face))
     return np.concatenate(corners), np.concatenate(faces)

@@ -117,7 +117,8 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
         np.concatenate([[0], np.cumsum([len(array) for array in arrays])])
         for arrays in zip(*((cage.points, cage.counts, cage.indices) for cage in cages), strict=True)
     )
-    is_usable = (np.abs(points) <= MAX_COORDINATE).all(axis=1)
+    is_usable = np.abs(points) <= MAX_COORDINATE
+    is_usable = np.ones(len(points), bool) if is_usable.all() else is_usable.all(axis=1)
     vertices = np.diff(point_first)  # that indices may name
     if len(cages) > 1:
         vertices = np.repeat(vertices, np.diff(corner_first))
@@ -151,8 +152,9 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
             faces = polygons.faces - np.repeat(face_first[:-1], np.diff(face_first))
             polygons = Polygons(faces, polygons.starts, polygons.counts, indices)
     is_shown = np.ones(len(polygons.faces), bool)
-    for cage, own in zip(cages, _slices(polygon_first), strict=True):
+    for row, cage in enumerate(cages):
         if cage.holes is not None:
+            own = slice(polygon_first[row], polygon_first[row + 1])
             is_shown[own] = ~cage.holes[polygons.faces[own]]
     return JoinedCages(points, polygons, is_shown, point_first, polygon_first, corner_first)
 

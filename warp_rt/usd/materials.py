@@ -56,6 +56,7 @@ _PREVIEW_NAMES = {*_PREVIEW_INPUTS, "displacement", "opacityMode", "opacityThres
 _SHARES = ("metallic", "roughness", "clearcoat", "clearcoatRoughness", "opacity")  # from 0 to 1, of UsdPreviewSurface
 _RENDER_CONTEXT = "warp_rt"
 _MATERIAL = "material:"
+_NO_PATH = Sdf.Path.emptyPath  # of the material of prims that have none
 
 
 class MaterialReader:
@@ -143,7 +144,7 @@ class MaterialReader:
             row = self._add(material)
             displacement = self._read_displacement(material)
             if displacement is not None:
-                if row == self._rows.get(Sdf.Path.emptyPath):  # of prims that have none, which do not move
+                if row == self._rows.get(_NO_PATH):  # of prims that have none, which do not move
                     row = self.add(_display_color_material())
                 self._displacements[row] = displacement
             self._rows[path] = row
@@ -157,10 +158,10 @@ class MaterialReader:
 
     def display_color(self) -> int:
         """Return the row of the material of prims that have none."""
-        path = Sdf.Path.emptyPath
-        if path not in self._rows:
-            self._rows[path] = self.add(_display_color_material())
-        return self._rows[path]
+        row = self._rows.get(_NO_PATH)
+        if row is None:
+            row = self._rows[_NO_PATH] = self.add(_display_color_material())
+        return row
 
     def add_texture(self, texture: Texture) -> int:
         """Return the row of a new texture."""
