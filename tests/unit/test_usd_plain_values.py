@@ -58,7 +58,7 @@ def read(stage: Usd.Stage, has_normals: bool = False) -> list[PlainValues]:
     reader = AuthoredReader()
     prims = stage.GetPseudoRoot().GetChildren()
     sources = [Source(prim, reader.read(prim, has_clips=False), None, TIME, None, 0) for prim in prims]
-    return read_plain_values([(source, has_normals) for source in sources], Report())
+    return read_plain_values(sources, [has_normals] * len(sources), Report())
 
 
 def test_plain_primvars_are_those_read_one_at_a_time() -> None:

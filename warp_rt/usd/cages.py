@@ -12,11 +12,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd
+from pxr import Usd, Vt
 
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
 from warp_rt.triangulate import triangulate
+from warp_rt.usd.arrays import concatenated
 from warp_rt.usd.polygons import MAX_COORDINATE, Polygons, drawable_polygons, smooth_normals
 from warp_rt.usd.primvars import Layout
 from warp_rt.usd.volumes import enclose_volumes
@@ -26,11 +27,11 @@ class Cage(NamedTuple):
     """A mesh as its arrays say it; there are points and faces."""
 
     prim: Usd.Prim
-    points: np.ndarray
+    points: np.ndarray | Vt.Vec3fArray
     """float32, shape [n, 3]."""
-    counts: np.ndarray
+    counts: np.ndarray | Vt.IntArray
     """Corners of each face, any integers, shape [f]."""
-    indices: np.ndarray
+    indices: np.ndarray | Vt.IntArray
     """Vertex of each corner, any integers, shape [c]."""
     holes: np.ndarray | None
     """bool, shape [f], which faces are not drawn; None: all are."""
@@ -61,7 +62,8 @@ class JoinedCages(NamedTuple):
     is_shown: np.ndarray
     """bool, which of them are no holes."""
     point_first: np.ndarray
-    """First point of each cage, and the end; so too of ``polygons`` and of its corners."""
+    """First point of each cage, and the end; so too of its faces, of ``polygons`` and of its corners."""
+    face_first: np.ndarray
     polygon_first: np.ndarray
     corner_first: np.ndarray
 
@@ -91,16 +93,14 @@ def cut_cages(cages: Sequence[Cage], joined: JoinedCages) -> list[CutMesh]:
     others_before = np.concatenate([[0], np.cumsum(face_ids != numbers)])[ends]
     is_one_to_one = (np.diff(others_before) == 0).tolist()
     found = []
-    places = zip(cages, is_closed.tolist(), is_one_to_one, *map(_slices, (ends, joined.point_first)), strict=True)
-    for cage, closed, one_to_one, own, rows_of_points in places:
-        layout = Layout(
-            point_count=len(cage.points),
-            face_count=len(cage.counts),
-            corner_count=len(cage.indices),
-            triangles=triangles[own],
-            face_ids=face_ids[own],
-            corners=corners[own],
-        )
+    sizes = zip(
+        *(np.diff(first).tolist() for first in (joined.point_first, joined.face_first, joined.corner_first)),
+        strict=True,
+    )
+    slices = map(_slices, (ends, joined.point_first))
+    places = zip(cages, is_closed.tolist(), is_one_to_one, sizes, *slices, strict=True)
+    for cage, closed, one_to_one, (point_count, face_count, corner_count), own, rows_of_points in places:
+        layout = Layout(point_count, face_count, corner_count, triangles[own], face_ids[own], corners[own])
         smooth = None
         if normals is not None and cage.is_smooth:
             smooth = Primvar(normals[rows_of_points], layout.triangles)  # the very same array, which is uploaded once
@@ -110,9 +110,9 @@ def cut_cages(cages: Sequence[Cage], joined: JoinedCages) -> list[CutMesh]:
 
 def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
     """Return the arrays of cages, at least of one, one after the other; bad faces are left out with a diagnostic."""
-    points = _concatenated([cage.points for cage in cages])
-    counts = _concatenated([cage.counts for cage in cages])
-    indices = _concatenated([cage.indices for cage in cages])
+    points = concatenated([cage.points for cage in cages])
+    counts = concatenated([cage.counts for cage in cages])
+    indices = concatenated([cage.indices for cage in cages])
     point_first, face_first, corner_first = (
         np.concatenate([[0], np.cumsum([len(array) for array in arrays])])
         for arrays in zip(*((cage.points, cage.counts, cage.indices) for cage in cages), strict=True)
@@ -134,9 +134,11 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
     if is_damaged.any():
         points = np.where(is_usable[:, None], points, np.float32(0))
         parts = [
-            drawable_polygons(is_usable[own], cage.counts, cage.indices, str(cage.prim.GetPath()), report)
+            drawable_polygons(
+                is_usable[own], np.asarray(cage.counts), np.asarray(cage.indices), str(cage.prim.GetPath()), report
+            )
             if damaged
-            else _all_polygons(cage.counts, cage.indices)
+            else _all_polygons(np.asarray(cage.counts), indices)
             for cage, damaged, own in zip(cages, is_damaged, _slices(point_first), strict=True)
         ]
         polygons = Polygons(
@@ -156,7 +158,7 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
         if cage.holes is not None:
             own = slice(polygon_first[row], polygon_first[row + 1])
             is_shown[own] = ~cage.holes[polygons.faces[own]]
-    return JoinedCages(points, polygons, is_shown, point_first, polygon_first, corner_first)
+    return JoinedCages(points, polygons, is_shown, point_first, face_first, polygon_first, corner_first)
 
 
 def _all_polygons(counts: np.ndarray, indices: np.ndarray) -> Polygons:
@@ -172,10 +174,6 @@ def _smooth_normals(cages: Sequence[Cage], joined: JoinedCages) -> np.ndarray | 
         # A hole is still part of the surface that the normals belong to.
         return smooth_normals(joined.points, joined.polygons)
     return smooth_normals(joined.points, joined.polygons[np.repeat(is_smooth, np.diff(joined.polygon_first))])
-
-
-def _concatenated(arrays: Sequence[np.ndarray]) -> np.ndarray:
-    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 def _slices(ends: np.ndarray) -> list[slice]:

@@ -118,13 +118,13 @@ class GprimReader:
         # Instances of a mesh share it, but each skeleton makes another one of it.
         path = str(get_path(prim))
         key = str(prim.GetPrimInPrototype().GetPath()) if context.is_proxy and skin is None else path
-        times = (self._time, None)
+        time, carried_to = self._time, None
         if "velocities" in authored.names:
-            times = read_times(prim, self._time, self._base_time, self._report)
+            time, carried_to = read_times(prim, time, self._base_time, self._report)
         level = context.level
         if level is None:
             level = self._levels.get(path, self._level)
-        source = Source(prim, authored, skin, *times, level, kind, has_children)
+        source = Source(prim, authored, skin, time, carried_to, level, kind, has_children)
         return self._add(prim, path, (key, level), source, context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:

@@ -39,6 +39,7 @@ SUBDIVISION_SCHEMES = (*SMOOTH_SCHEMES, "bilinear")
 _SCHEMES = (*SUBDIVISION_SCHEMES, "none")
 ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
+_SMALL = 1 << 12  # elements of an array up to which it stays USD's until it is joined with others
 _PLAIN_TYPES = {"points": Vt.Vec3fArray, "faceVertexCounts": Vt.IntArray, "faceVertexIndices": Vt.IntArray}
 _JOINED_CORNERS = 1 << 17  # of meshes that are cut together: more saves no time, and takes memory
 
@@ -114,7 +115,7 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
         report.warn(EMPTY, prim.GetPath(), "mesh without points or faces")
         return None
     if skin is not None:
-        points, skin = pose(points, skin, prim, report)
+        points, skin = pose(np.asarray(points), skin, prim, report)
         source = source._replace(skin=skin)
     holes = _read_holes(prim, len(counts), time, report) if "holeIndices" in authored.names else None
     scheme = _SCHEMES[0]
@@ -155,11 +156,12 @@ def _refine(mesh: _Mesh, report: Report) -> CutMesh:
 
 def _finish(drawn: Sequence[tuple[_Mesh, CutMesh]], report: Report) -> list[MeshSource | None]:
     """Return the meshes of some triangles, with all that is looked up at their corners; None for unreadable ones."""
-    plain = read_plain_values([(mesh.source, _may_have_normals(mesh)) for mesh, _ in drawn], report)
+    have_normals = [_may_have_normals(mesh) for mesh, _ in drawn]
+    plain = read_plain_values([mesh.source for mesh, _ in drawn], have_normals, report)
     found: list[tuple[CutMesh, Primvar | None] | None] = []
-    for (mesh, shape), values in zip(drawn, plain, strict=True):
+    for (mesh, shape), has_normals, values in zip(drawn, have_normals, plain, strict=True):
         try:
-            found.append(_with_normals(mesh, shape, values.normals, report))
+            found.append(_with_normals(mesh, shape, has_normals, values.normals, report))
         except Tf.ErrorException as error:
             report_unreadable(mesh.source.prim, error, report)
             found.append(None)
@@ -186,7 +188,7 @@ def _may_have_normals(mesh: _Mesh) -> bool:
 
 
 def _with_normals(
-    mesh: _Mesh, shape: CutMesh, plain: PlainRows | None, report: Report
+    mesh: _Mesh, shape: CutMesh, has_normals: bool, plain: PlainRows | None, report: Report
 ) -> tuple[CutMesh, Primvar | None]:
     """Return the triangles of a mesh, the right side out, and their normals, some of which may have no length."""
     prim, authored, skin, time, *_ = mesh.source
@@ -194,7 +196,7 @@ def _with_normals(
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         if attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded":
             shape = _turned(shape)
-    if _may_have_normals(mesh):
+    if has_normals:
         normals = None if plain is None else plain.lay_out(shape.layout)
         if normals is None:
             normals = read_normals(UsdGeom.Mesh(prim), shape.layout, time, report)
@@ -212,8 +214,8 @@ def _built(
 ) -> MeshSource:
     """Return the mesh of some triangles, with its primvars and subsets."""
     layout = shape.layout
-    primvars: dict[str, Primvar] | None = None
-    if plain is not None:
+    primvars: dict[str, Primvar] | None = None if plain is None else {}
+    if plain:
         laid_out = {rows.name: rows.lay_out(layout) for rows in plain}
         found = {name: primvar for name, primvar in laid_out.items() if primvar is not None}
         primvars = found if len(found) == len(laid_out) else None
@@ -312,11 +314,11 @@ def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) 
     return Primvar(np.concatenate([values, geometric.astype(np.float32)]), indices)
 
 
-def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> np.ndarray:
+def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> np.ndarray | Vt.Vec3fArray:
     """Return points, shape [n, 3], or integers; of no length where they are absent or, told, of a wrong type."""
     value = get_value(get_attribute(prim, name), time)
     if type(value) is _PLAIN_TYPES[name]:
-        return np.array(value)
+        return value if len(value) <= _SMALL else np.array(value)
     array = vector_rows(value, 3) if name == "points" else signed_integers(value)
     if array is not None:
         return array

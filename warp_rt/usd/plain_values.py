@@ -59,14 +59,18 @@ class PlainValues(NamedTuple):
 _WITHOUT_PRIMVARS = PlainValues(primvars=())
 
 
-def read_plain_values(sources: Sequence[tuple[Source, bool]], report: Report) -> list[PlainValues]:
+def read_plain_values(sources: Sequence[Source], have_normals: Sequence[bool], report: Report) -> list[PlainValues]:
     """Return what prims hold of plain values.
 
     Args:
-        sources: The prims, each with whether its normals count.
+        sources: The prims.
+        have_normals: Whether the normals of each count, if it has any.
         report: Takes the diagnostics that colour spaces give.
     """
-    found = [_read(source, has_normals, report) for source, has_normals in sources]
+    found = [
+        _read(source, has_normals, report) if has_normals or source.authored.primvars else _WITHOUT_PRIMVARS
+        for source, has_normals in zip(sources, have_normals, strict=True)
+    ]
     bad = _damaged([rows for values in found for rows in (values.normals, *(values.primvars or ())) if rows])
     if not bad:
         return found
@@ -92,8 +96,6 @@ def _damaged(found: Sequence[PlainRows]) -> set[int]:
 
 def _read(source: Source, has_normals: bool, report: Report) -> PlainValues:
     prim, authored, _, time, *_ = source
-    if not (has_normals or authored.primvars):
-        return _WITHOUT_PRIMVARS
     try:
         return PlainValues(
             _read_normals(prim, authored, time) if has_normals else None,
