@@ -308,7 +308,7 @@ def eval_whitted(
     s.ambient = input_vec3(scene, surface, material.varying, _AMBIENT, features)
     s.diffuse = input_vec3(scene, surface, material.varying, _DIFFUSE, features)
     s.specular = input_vec3(scene, surface, material.varying, _SPECULAR, features)
-    s.exponent = input_float(scene, surface, material.varying, _SHININESS, features)
+    s.exponent = wp.max(input_float(scene, surface, material.varying, _SHININESS, features), 0.0)
     s.kr = input_vec3(scene, surface, material.varying, _REFLECTION, features)
     s.kt = input_vec3(scene, surface, material.varying, _TRANSMISSION, features)
     is_closed = scene.meshes[surface.mesh].is_closed

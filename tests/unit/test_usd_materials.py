@@ -354,6 +354,12 @@ def test_shares_are_from_0_to_1(name, value, taken):
     assert (material.inputs[name].value[0], codes) == (taken, ["W312"] if value != taken else [])
 
 
+@pytest.mark.parametrize(("value", "taken"), [(-3, 0), (0, 0), (200, 200)])
+def test_exponents_are_not_below_0(value, taken):
+    material, _, codes = _read(_material(f'uniform token info:id = "WhittedSurface"\nfloat inputs:shininess = {value}'))
+    assert (material.inputs["shininess"].value[0], codes) == (taken, ["W312"] if value != taken else [])
+
+
 def test_inputs_through_node_graphs_and_interfaces_of_any_depth():
     body = _material(
         """uniform token info:id = "UsdPreviewSurface"

@@ -589,6 +589,27 @@ def test_a_texture_whose_coordinates_a_prim_lacks_is_noted_once_a_material(tmp_p
     assert record.message.startswith("/lacks and 1 more prims lack the primvar map1")
 
 
+def test_a_primvar_of_too_few_components_is_noted_once_a_material(tmp_path: Path) -> None:
+    varname = 'string inputs:varname = "map1"'
+    prims = "".join(
+        f'def Mesh "{name}" ({API}) {{\n{TRIANGLE}\nrel material:binding = </M>\n{values}\n}}\n'
+        for name, values in (
+            ("flat", 'float[] primvars:map1 = [0, 1, 0] (interpolation = "vertex")'),
+            ("also", "float[] primvars:map1 = [0.5]"),
+            ("whole", 'texCoord2f[] primvars:map1 = [(0,0), (1,0), (0,1)] (interpolation = "vertex")'),
+        )
+    )
+    (record,) = _textured(varname, prims, tmp_path).diagnostics
+    assert (record.code, record.prim) == ("N927", "/M")
+    assert "2 components of map1, of which /flat and 1 more prims have fewer" in record.message
+
+
+@pytest.mark.parametrize("value", ["", "float[] primvars:v = [3]"])
+def test_connected_constants_above_geometry_are_told(value: str) -> None:
+    body = f'def Xform "x" {{\nfloat[] primvars:v.connect = </y.primvars:v>\n{value}\ndef Sphere "s" {{}}\n}}\n'
+    assert codes(load(body))["/x.primvars:v"] == "W112"
+
+
 def test_one_may_look_through_a_camera_that_is_not_seen() -> None:
     body = """
         def Xform "rig" { token visibility = "invisible"

@@ -18,7 +18,7 @@ from warp_rt.usd.authored import Authored
 from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.lod import NO_OVERRIDE, Override, drawn_items, lod_override
 from warp_rt.usd.mesh import INVALID_VALUE
-from warp_rt.usd.primvars import Values, inherited_constants
+from warp_rt.usd.primvars import Values, inherited_constants, report_connected_constants
 from warp_rt.usd.questions import get_filtered_children
 from warp_rt.usd.visibility import hidden_purposes
 
@@ -146,6 +146,7 @@ def hand_down(
         if bindings is not here.bindings:
             here = here._replace(bindings=bindings)
     if authored.primvars and has_heirs:
+        report_connected_constants(prim, report)
         primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
         if primvars is not here.primvars:
             here = here._replace(primvars=primvars, constants=inherited_constants(primvars, time, report))

@@ -229,6 +229,8 @@ class MaterialReader:
             value = self._inputs.read(port, size, material) if port else None
             if name == "ior":
                 value = self._inputs.check_ior(port, value)
+            elif name == "shininess":
+                value = self._inputs.check_exponent(port, value)
             elif name in _SHARES:
                 value = self._inputs.check_share(port, value)
             if value is not None:

@@ -43,25 +43,33 @@ def report_missing_primvars(
         for name, (width, is_coordinate) in asked[material].items():
             narrow = rows[_is_narrow(name, width, group, gprims, rows)]
             if len(narrow):
-                path = gprims.prims[gprims.prim[group.gprim[narrow[0]]]]
-                message = f"reads {width} components of {name}, of which {path} has fewer: the others count as 0"
+                named = _named(_paths(narrow, group, gprims))
+                message = f"reads {width} components of {name}, of which {named} have fewer: the others count as 0"
                 report.warn(NARROW_PRIMVAR, materials[material].path, message)
             lacking = rows[~_has_value(name, group, gprims, rows)]
             missing = []
-            for path in dict.fromkeys(gprims.prims[row] for row in np.unique(gprims.prim[group.gprim[lacking]])):
+            for path in _paths(lacking, group, gprims):
                 primvar = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(path)).FindPrimvarWithInheritance(name)
                 if not primvar or not primvar.HasAuthoredValue():
                     missing.append(path)
                 elif not is_drawable(primvar):
                     report.warn(WRONG_TYPE, path, f"primvars:{name} left out: no material can read {_kind(primvar)}")
             if missing and is_coordinate:
-                more = f" and {len(missing) - 1} more prims" if len(missing) > 1 else ""
                 report.warn(
                     NO_SUCH_PRIMVAR,
                     materials[material].path,
-                    f"{missing[0]}{more} lack the primvar {name} that a texture's coordinates come from: "
+                    f"{_named(missing)} lack the primvar {name} that a texture's coordinates come from: "
                     "one texel is shown",
                 )
+
+
+def _paths(rows: np.ndarray, group: Group, gprims: Gprims) -> list[str]:
+    """Return the prims of rows of a group, each once."""
+    return list(dict.fromkeys(gprims.prims[row] for row in np.unique(gprims.prim[group.gprim[rows]])))
+
+
+def _named(paths: Sequence[str]) -> str:
+    return f"{paths[0]} and {len(paths) - 1} more prims" if len(paths) > 1 else paths[0]
 
 
 def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, tuple[int, bool]]:

@@ -114,12 +114,23 @@ def read_primvars(prim: Usd.Prim, layout: Elements, time: Usd.TimeCode, report: 
 def _own_primvars(prim: Usd.Prim, report: Report) -> Iterator[UsdGeom.Primvar]:
     """Yield a prim's primvars that have values of their own; tell of those that are connected."""
     for primvar in UsdGeom.PrimvarsAPI(prim).GetAuthoredPrimvars():
-        attribute = primvar.GetAttr()
-        if attribute.HasAuthoredConnections():
-            what = "its own value counts" if attribute.HasAuthoredValue() else "it has no value"
-            report.warn(CONNECTED_PRIMVAR, attribute.GetPath(), f"connections of primvars are not followed; {what}")
+        _tell_connection(primvar, report)
         if primvar.HasAuthoredValue():
             yield primvar
+
+
+def report_connected_constants(prim: Usd.Prim, report: Report) -> None:
+    """Report a prim's constant primvars that are connected, which prims below it would inherit."""
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetAuthoredPrimvars():
+        if primvar.GetInterpolation() == UsdGeom.Tokens.constant:
+            _tell_connection(primvar, report)
+
+
+def _tell_connection(primvar: UsdGeom.Primvar, report: Report) -> None:
+    attribute = primvar.GetAttr()
+    if attribute.HasAuthoredConnections():
+        what = "its own value counts" if attribute.HasAuthoredValue() else "it has no value"
+        report.warn(CONNECTED_PRIMVAR, attribute.GetPath(), f"connections of primvars are not followed; {what}")
 
 
 def is_drawable(primvar: UsdGeom.Primvar) -> bool:

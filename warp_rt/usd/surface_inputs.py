@@ -78,6 +78,14 @@ class InputReader:
         self._report.warn(OUT_OF_RANGE, port.GetAttr().GetPath(), message)
         return replace(found, value=(nearest, *found.value[1:]))
 
+    def check_exponent(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+        """Return an exponent of highlights; 0, told, for a constant below it."""
+        if found is None or found.varies or found.value[0] >= 0.0:
+            return found
+        message = f"is {found.value[0]:g}, an exponent below 0; 0 is used"
+        self._report.warn(OUT_OF_RANGE, port.GetAttr().GetPath(), message)
+        return replace(found, value=(0.0, *found.value[1:]))
+
     def add(self, texture: Texture) -> int:
         """Return the row of a new texture."""
         return self._rows.add(texture)
