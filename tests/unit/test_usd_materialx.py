@@ -64,6 +64,14 @@ def read(nodes: str, count: int = 3, output: str = "out", name: str = "N", spot=
     return found, value, reader, [d.code for d in report]
 
 
+def at(nodes: str, spots) -> np.ndarray:
+    """Return the values of the texture that node N gives, at spots: shape [n, 4]; it is told to be an image."""
+    found, _, reader, codes = read(nodes)
+    assert codes == ["W313"]
+    values = texture_values(reader.textures[found.texture], reader._rows._images.images, np.array(spots))
+    return np.repeat(values[:, found.channel, None], 4, axis=1) if found.channel >= 0 else values
+
+
 def vec(name: str, *values: float, kind: str = "color3f") -> str:
     numbers = tuple(float(value) for value in values)
     return f"{kind} inputs:{name} = {numbers if len(numbers) > 1 else numbers[0]}"
@@ -179,7 +187,7 @@ def test_primvars_are_scaled_and_shifted():
     ("identifier", "lines"),
     [
         ("ND_multiply_color3", (wire("in1", "T"), wire("in2", "U"))),
-        ("ND_noise2d_color3", ()),
+        ("ND_noise3d_color3", ()),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = -1")),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = 7")),
         ("ND_luminance_color3", (wire("in", "T"), "float inputs:lumacoeffs = 0.3")),
@@ -362,6 +370,24 @@ def test_what_is_computed_of_coordinates(category, names, expected):
     assert codes == ["W313"]
 
 
+@pytest.mark.parametrize("kind", ["float", "color3"])
+def test_noise_of_coordinates(kind):
+    """0 where coordinates are whole, with the slope of one of the gradients there; the pivot is added."""
+    count = 1 if kind == "float" else 3
+    place = node("C", "ND_texcoord_vector2") + node(
+        "P", "ND_multiply_vector2", wire("in1", "C"), vec("in2", 8, 8, kind="float2")
+    )
+    lines = [wire("texcoord", "P"), "float inputs:pivot = 0.25"]
+    lines += [vec("amplitude", *[2.0] * count, kind="float" if count == 1 else "float3")]
+    nodes = place + node("N", f"ND_noise2d_{kind}", *lines)
+    step = 2 / 1024
+    for spot in ((0.25, 0.5), (0.375, 0.875)):
+        value, across, up = at(nodes, [spot, (spot[0] + step, spot[1]), (spot[0], spot[1] + step)])[:, :count]
+        np.testing.assert_allclose(value, 0.25, atol=2e-3)
+        slopes = np.sort(np.abs(np.stack([across, up]) - value) / (2 * 0.6616 * 8 * step), axis=0)
+        np.testing.assert_allclose(slopes, [[1] * count, [2] * count], rtol=0.02)
+
+
 def test_a_chequer_made_of_floors():
     """The graph that MaterialX's tests have: modulo(floor(8 s) + floor(8 t), 2)."""
     nodes = node("C", "ND_texcoord_vector2")
@@ -371,9 +397,8 @@ def test_a_chequer_made_of_floors():
     nodes += node("F", "ND_floor_float", wire("in", "X")) + node("G", "ND_floor_float", wire("in", "Y"))
     nodes += node("A", "ND_add_float", wire("in1", "F"), wire("in2", "G"))
     nodes += node("N", "ND_modulo_float", wire("in1", "A"), "float inputs:in2 = 2")
-    for s, t in ((0.06, 0.06), (0.19, 0.06), (0.19, 0.19), (1.06, 0.19), (-0.06, 0.06)):
-        _, value, _, codes = read(nodes, 1, spot=(s, t))
-        assert (value[0], codes) == ((np.floor(8 * s) + np.floor(8 * t)) % 2, ["W313"])
+    spots = np.array([(0.06, 0.06), (0.19, 0.06), (0.19, 0.19), (1.06, 0.19), (-0.06, 0.06)])
+    np.testing.assert_array_equal(at(nodes, spots)[:, 0], np.floor(8 * spots).sum(axis=1) % 2)
 
 
 def test_tiles_are_computed_each_by_itself(tmp_path):

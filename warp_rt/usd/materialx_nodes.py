@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
+from warp_rt.usd.noise import cells, perlin, worley
 from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, join, multiply
 from warp_rt.usd.texture_coordinates import rotation
 
@@ -22,6 +23,8 @@ _SIZES = {"float": 1, "integer": 1, "boolean": 1, "color3": 3, "color4": 4, "vec
 _NODE = re.compile(r"ND_([a-z0-9]+)(?:_(.+))?")
 _TYPE = re.compile("|".join(_SIZES))
 _CHANNELS = {**{name: k for k, name in enumerate("xyzw")}, **{name: k for k, name in enumerate("rgba")}}
+_FRACTAL = (("lacunarity", 2.0), ("diminish", 0.5))
+_MAX_OCTAVES = 16  # beyond, they are finer than texels are
 _AP1_LUMINANCE = (0.2722287, 0.6740818, 0.0536895)  # the default of luminance's coefficients
 
 
@@ -270,6 +273,41 @@ def _is_odd(place: np.ndarray) -> np.ndarray:
     return np.asarray(np.floor(place).sum(axis=1, keepdims=True) % 2)
 
 
+def _noise(node: NodeInputs) -> Signal:
+    found = apply_to_all(perlin, 4, node.get("texcoord"))
+    return add(multiply(_of_noise(found, node.size), node.get("amplitude", 1.0)), node.get("pivot", 0.0))
+
+
+def _fractal(node: NodeInputs) -> Signal:
+    """Return octaves of noise, each ``lacunarity`` times as fine as the one before and ``diminish`` times as strong."""
+    octaves = int(node.number("octaves", 3.0))
+    if not 0 <= octaves <= _MAX_OCTAVES:
+        raise DoesNotFold
+    place, total, strength = node.get("texcoord"), Signal.constant([0.0] * node.size), Signal.constant([1.0])
+    lacunarity, diminish = (node.read(name) or Signal.constant([value]) for name, value in _FRACTAL)
+    for _ in range(octaves):
+        total = add(total, multiply(_of_noise(apply_to_all(perlin, 4, place), node.size), strength))
+        place, strength = multiply(place, lacunarity), multiply(strength, diminish)
+    return multiply(total, node.get("amplitude", 1.0))
+
+
+def _of_noise(found: Signal, size: int) -> Signal:
+    """Return the noise of a number, of as many components of a vector, or of a colour and its alpha."""
+    if size == 4:
+        raise DoesNotFold  # its alpha is the noise of another place
+    return found.pick([0] if size == 1 else range(1, size + 1))
+
+
+def _cells(node: NodeInputs) -> Signal:
+    return apply_to_all(cells, 1, node.get("texcoord"))
+
+
+def _worley(node: NodeInputs) -> Signal:
+    if node.size != 1 or node.number("style", 0.0):
+        raise DoesNotFold
+    return apply_to_all(worley, 1, node.get("texcoord"), Signal.constant([node.number("jitter", 1.0)]))
+
+
 # --- of all components of a colour or vector
 
 
@@ -424,6 +462,10 @@ _NODES: Mapping[str, Callable[[NodeInputs], Signal]] = {
     "splitlr": _split("valuel", "valuer", 0),
     "splittb": _split("valuet", "valueb", 1),
     "checkerboard": _checkerboard,
+    "noise2d": _noise,
+    "fractal2d": _fractal,
+    "cellnoise2d": _cells,
+    "worleynoise2d": _worley,
     "clamp": _clamp,
     "smoothstep": _smoothstep,
     "power": _binary(np.power, 1.0),
