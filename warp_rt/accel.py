@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field, replace
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -299,6 +299,44 @@ def _join(arrays: list[wp.array], executor: Executor) -> wp.array:
     return executor.concatenate([executor.adopt(array) for array in arrays])
 
 
+class _Top(NamedTuple):
+    """The upper level: a tree over instances, without what it was built from, which takes four times as much memory."""
+
+    nodes: wp.array
+    """float32: wide nodes."""
+    leaves: wp.array
+    """int32, shape [n], leaf of each instance."""
+    layout: Layout
+    cost: float
+    """``BvhStatistics.sah_cost``, of both levels."""
+
+
+def _build_top(
+    trees: _Trees,
+    tree: wp.array,
+    roots: wp.array,
+    placement: Placement,
+    placed: np.ndarray,
+    executor: Executor,
+    builder: str,
+) -> _Top:
+    """Return the tree over the instances that are placed; the arguments are those of ``refer_to_instances``."""
+    references = refer_to_instances(tree, roots, trees.boxes, trees.nodes, placement, placed, executor)
+    world = references.ranges.numpy()[0]
+    low, high = world["low"][:3].astype(float), world["high"][:3].astype(float)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise SceneError("instances: a transform takes geometry beyond the range of float32")
+    visits = cost_instances(references, tree, trees.boxes, trees.costs, executor)
+    node_count = trees.nodes.shape[0] // constants.NODE_FLOATS
+    building = _builder_of(builder, executor)
+    moved = references.move(building)
+    top = build_forest(moved, leaf_size=1, builder=builder, executor=building, node_offset=node_count)
+    leaves = executor.adopt(rank_primitives(top, building))
+    area = _half_area(low, high)
+    cost = (float(top.costs.numpy()[0]) + visits) / area if area > 0 else 0.0
+    return _Top(top.nodes, leaves, top.layout, cost)
+
+
 def _place(
     mesh_trees: MeshTrees | None,
     scene: Scene,
@@ -315,28 +353,16 @@ def _place(
     placed = np.flatnonzero(tree >= 0).astype(np.int32)
     tree = tree[placed]
     device_tree, roots = executor.upload(tree, wp.int32), executor.upload(trees.roots, wp.int32)
-    references = refer_to_instances(device_tree, roots, trees.boxes, trees.nodes, placement, placed, executor)
-    world = references.ranges.numpy()[0]
-    low, high = world["low"][:3].astype(float), world["high"][:3].astype(float)
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        raise SceneError("instances: a transform takes geometry beyond the range of float32")
-    visits = cost_instances(references, device_tree, trees.boxes, trees.costs, executor)
-    node_count = trees.nodes.shape[0] // constants.NODE_FLOATS
-    building = _builder_of(builder, executor)
-    moved = references.move(building)
-    top = build_forest(moved, leaf_size=1, builder=builder, executor=building, node_offset=node_count)
+    top = _build_top(trees, device_tree, roots, placement, placed, executor, builder)
     nodes = _join([trees.nodes, top.nodes], executor)
-    leaves = executor.adopt(rank_primitives(top, building))
-    instances = _write_instances(leaves, trees, device_tree, roots, placement, placed, executor)
-    area = _half_area(low, high)
-    cost = (float(top.costs.numpy()[0]) + visits) / area if area > 0 else 0.0
+    instances = _write_instances(top.leaves, trees, device_tree, roots, placement, placed, executor)
     statistics = BvhStatistics(
         builder=builder,
         nodes=nodes.shape[0] // constants.NODE_FLOATS,
         leaves=trees.leaf_count,
         depth=int(top.layout.depths[0] + trees.depths[tree].max()),
-        sah_cost=cost,
-        built_cost=cost,
+        sah_cost=top.cost,
+        built_cost=top.cost,
         bytes=sum(array.size * array.strides[0] for array in (nodes, trees.leaves, trees.shapes, instances)),
     )
     data = AccelData()

@@ -46,6 +46,13 @@ class Packer:
             return wp.zeros(shape=values.shape[:ndim], dtype=dtype, device=self.device)
         return wp.array(values, dtype=dtype, ndim=ndim, device=self.device)
 
+    def adopt(self, table: np.ndarray, struct: Any) -> wp.array:
+        """Return records that nobody else holds as an array of structs: on a CPU, in the memory where they are."""
+        if not len(table):
+            return self.array(table, struct)
+        self.bytes += table.nbytes
+        return wp.array(table, dtype=struct, device=self.device, copy=False)
+
     def chunks(self, parts: Sequence[np.ndarray], dtype: Any, row: tuple[int, ...], scalar: type) -> wp.array:
         """Return arrays as one, whose rows are of the shape ``row``."""
         joined = np.concatenate(parts) if parts else np.zeros((0, *row), scalar)

@@ -121,7 +121,7 @@ def _pack_instances(data: Any, pack: Packer, scene: Scene, placement: Placement,
     if instances.is_matte is not None:
         table["flags"] |= np.where(instances.is_matte, int(HOLDS_OUT), 0)
     data.has_hidden = bool((table["flags"] != RayMask.ALL).any())
-    data.instances = pack.array(table, structs.InstanceData)
+    data.instances = pack.adopt(table, structs.InstanceData)
     data.material_table = pack.array(instances.material_table.astype(np.int32), wp.int32)
     overrides = {name: rows for name, rows in instances.primvars.items() if name in slots}
     values = np.full((len(slots), len(instances) if overrides else 0, 4), np.nan, np.float32)

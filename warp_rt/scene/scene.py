@@ -20,6 +20,8 @@ from warp_rt.scene.materials import Image, Material, MaterialModel, Texture
 from warp_rt.scene.rows import check_rows
 from warp_rt.scene.settings import Product, Settings
 
+_BLOCK = 1 << 14  # instances at a time: what is computed on the way takes little memory
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -88,12 +90,17 @@ class Scene:
         """Return the world-space box of all instances: float64, shape [2, 3]; NaN where there is no geometry."""
         if not len(self.instances):
             return np.full((2, 3), np.nan)
-        local = local_boxes(self.meshes)[self.instances.mesh]
-        center, half = local.mean(axis=1), (local[:, 1] - local[:, 0]) / 2
-        matrix = self.instances.world_from_local
-        center = np.einsum("nij,nj->ni", matrix[:, :3, :3], center) + matrix[:, :3, 3]
-        half = np.einsum("nij,nj->ni", np.abs(matrix[:, :3, :3]), half)
-        return np.array([np.nanmin(center - half, axis=0), np.nanmax(center + half, axis=0)])
+        boxes = local_boxes(self.meshes)
+        found = np.full((2, 3), np.nan)
+        for start in range(0, len(self.instances), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            local, matrix = boxes[self.instances.mesh[rows]], self.instances.world_from_local[rows]
+            center, half = local.mean(axis=1), (local[:, 1] - local[:, 0]) / 2
+            center = np.einsum("nij,nj->ni", matrix[:, :3, :3], center) + matrix[:, :3, 3]
+            half = np.einsum("nij,nj->ni", np.abs(matrix[:, :3, :3]), half)
+            found[0] = np.fmin(found[0], np.fmin.reduce(center - half))
+            found[1] = np.fmax(found[1], np.fmax.reduce(center + half))
+        return found
 
     def origin(self) -> np.ndarray:
         """Return the world point that float32 coordinates are taken relative to: float64, shape [3].

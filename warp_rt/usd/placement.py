@@ -17,6 +17,9 @@ from warp_rt.usd.primvars import Values, merge_width
 
 MAX_INSTANCES = 10_000_000
 
+_UNMOVED = np.eye(4)
+_BLOCK = 1 << 14  # matrices at a time: what is computed on the way takes little memory
+
 
 @dataclass(frozen=True)
 class PlacedPrim:
@@ -240,7 +243,7 @@ def _copied(
         values[key] = rows.reshape(n * k, width)
     return Group(
         gprim=np.tile(group.gprim, n),
-        matrix=np.matmul(matrices[:, None], group.matrix[None]).reshape(-1, 4, 4),
+        matrix=_placed(matrices, group.matrix),
         name=(np.arange(n)[:, None] * len(used) + local.reshape(-1)[None]).reshape(-1).astype(np.int32),
         names=names if suffixes == [""] else NestedPaths(names, suffixes),
         values=values,
@@ -248,6 +251,22 @@ def _copied(
         lights=_copied_prims(group.lights, matrices, names),
         cameras=_copied_prims(group.cameras, matrices, names),
     )
+
+
+def moved(outer: np.ndarray, matrices: np.ndarray) -> np.ndarray:
+    """Return the products of a transform and others, shape [n, 4, 4], in the memory that these are in."""
+    if not np.array_equal(outer, _UNMOVED):
+        for start in range(0, len(matrices), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            matrices[rows] = outer @ matrices[rows]
+    return matrices
+
+
+def _placed(matrices: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """Return the products of all n matrices and all k inner ones, shape [n k, 4, 4]."""
+    if len(inner) == 1 and np.array_equal(inner[0], _UNMOVED):
+        return matrices
+    return np.matmul(matrices[:, None], inner[None]).reshape(-1, 4, 4)
 
 
 def _copied_prims(prims: Sequence[PlacedPrim], matrices: np.ndarray, names: Sequence[str]) -> tuple[PlacedPrim, ...]:

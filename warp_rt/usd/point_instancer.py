@@ -158,7 +158,7 @@ def _moved_matrices(
         return None
     if matrices is None or len(matrices) != count or not count:
         return None
-    return np.asarray(matrices, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+    return np.asarray(matrices, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1).copy()
 
 
 def _integers(attribute: Usd.Attribute, time: Usd.TimeCode, report: Report) -> np.ndarray | None:
