@@ -8,7 +8,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,15 +25,16 @@ from warp_rt.frame import resolve_options
 from warp_rt.launch import Deadline
 from warp_rt.mesh_trees import has_same_triangles
 from warp_rt.options import RenderOptions
-from warp_rt.pixel_tree import trace_pixel
 from warp_rt.prepared_view import PreparedView, prepare_view
 from warp_rt.render_kernels import choose_kernel
 from warp_rt.render_notes import emptiness_note, shutter_note
 from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Scene, check_scene
-from warp_rt.tree.ray_tree import RayTree
 from warp_rt.warp_setup import init_warp, resolve_device
 from warp_rt.workers import default_thread_count
+
+if TYPE_CHECKING:
+    from warp_rt.tree.ray_tree import RayTree
 
 _REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, from which building anew pays
 
@@ -247,6 +248,8 @@ class Renderer:
             SceneError: The scene has no camera of that name.
             LimitError: The tree is larger than anybody would read, or the time limit was reached.
         """
+        from warp_rt.pixel_tree import trace_pixel
+
         with self._clock("compile"):
             load_kernels([("record_tree", self.device)], on_compile=self._on_compile)
         view = self._view(camera)

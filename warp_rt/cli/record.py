@@ -13,14 +13,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_rt.cli.parser import Parser, add_json, add_scene, some_names
+from warp_rt.cli.parser import Parser, add_json, add_scene
 from warp_rt.cli.pictures import make_pictures, plan_shots
 from warp_rt.cli.products import make_products
-from warp_rt.cli.render_arguments import add_frames, add_machine, add_product, add_quality, add_view, render_options
+from warp_rt.cli.render_arguments import (
+    add_aovs,
+    add_depth,
+    add_frames,
+    add_machine,
+    add_product,
+    add_quality,
+    add_view,
+    render_options,
+)
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError
-from warp_rt.options import AOVS, INTEGRATORS, RenderOptions
+from warp_rt.options import INTEGRATORS, RenderOptions
 
 if TYPE_CHECKING:
     from warp_rt.scene import Camera, Scene
@@ -65,13 +74,11 @@ def parser() -> Parser:
     for flag in ("--resolver", "--traceToFile", "--traceFormat"):
         usdrecord.add_argument(flag, help=argparse.SUPPRESS)
     quality = result.add_argument_group("how it is traced")
-    quality.add_argument("--depth", type=int, metavar="N", help="levels of the ray tree (default: 7)")
+    add_depth(quality)
     add_quality(quality)
     picture = result.add_argument_group("what is written")
     add_product(picture)
-    picture.add_argument(
-        "--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)}, primvars:NAME (default: color)"
-    )
+    add_aovs(picture)
     picture.add_argument("--exposure", type=float, default=0.0, metavar="STOPS", help="brighten PNG and JPEG")
     add_machine(result)
     add_strict(result)

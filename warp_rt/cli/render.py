@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_rt.cli.frames import parse_frames
-from warp_rt.cli.parser import Parser, add_json, add_scene, some_names
+from warp_rt.cli.parser import Parser, add_json, add_scene
 from warp_rt.cli.pictures import Shot, View, make_pictures, plan_shots
 from warp_rt.cli.products import make_products
 from warp_rt.cli.render_arguments import (
+    add_aovs,
+    add_depth,
     add_display,
     add_frames,
     add_machine,
@@ -23,7 +25,6 @@ from warp_rt.cli.render_arguments import (
 )
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
-from warp_rt.options import AOVS
 
 if TYPE_CHECKING:
     from warp_rt.scene import Scene
@@ -52,15 +53,11 @@ def parser() -> Parser:
     result.add_argument("-o", "--output", metavar="OUT", help="image to write (default: SCENE's name, .png, here)")
     add_frames(add_view(result))
     quality = result.add_argument_group("how it is traced")
-    quality.add_argument(
-        "--depth", type=int, metavar="N", help="levels of the ray tree, the eye ray's is 1 (default: 7)"
-    )
+    add_depth(quality)
     add_quality(quality)
     picture = result.add_argument_group("what is written")
     add_product(picture)
-    picture.add_argument(
-        "--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)}, primvars:NAME (default: color)"
-    )
+    add_aovs(picture)
     add_display(picture)
     add_machine(result)
     add_strict(result)

@@ -7,12 +7,14 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from warp_rt.cli.parser import Parser, name, names, rgb, whole_numbers
+from warp_rt.cli.parser import Parser, name, names, rgb, some_names, whole_numbers
 from warp_rt.image.tone import TONE_MAPS
 from warp_rt.options import (
     ADAPTIVE,
+    AOVS,
     BUILDERS,
     COMPLEXITIES,
+    DEFAULT_DEPTH,
     INTEGRATORS,
     INTERSECTORS,
     SHADOWS,
@@ -102,6 +104,23 @@ def add_product(group: argparse._ArgumentGroup) -> None:
         type=name,
         metavar="PRODUCT",
         help="make this RenderProduct (path or name), or all, in the files that they name",
+    )
+
+
+def add_aovs(group: argparse._ArgumentGroup) -> None:
+    """Add --aov."""
+    group.add_argument(
+        "--aov", type=some_names, metavar="LIST", help=f"of {', '.join(AOVS)}, primvars:NAME (default: color)"
+    )
+
+
+def add_depth(group: argparse._ArgumentGroup) -> None:
+    """Add --depth."""
+    group.add_argument(
+        "--depth",
+        type=int,
+        metavar="N",
+        help=f"levels of the ray tree, the eye ray's is 1 (default: {DEFAULT_DEPTH})",
     )
 
 

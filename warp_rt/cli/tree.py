@@ -10,7 +10,15 @@ from pathlib import Path
 
 from warp_rt.cli.frames import parse_frame
 from warp_rt.cli.parser import Parser, add_json, add_scene
-from warp_rt.cli.render_arguments import add_display, add_frame, add_machine, add_quality, add_view, render_options
+from warp_rt.cli.render_arguments import (
+    add_depth,
+    add_display,
+    add_frame,
+    add_machine,
+    add_quality,
+    add_view,
+    render_options,
+)
 from warp_rt.cli.stage_input import open_refined_stage, read_stage
 from warp_rt.cli.strict import add_strict
 from warp_rt.cli.terminal import Terminal
@@ -48,9 +56,7 @@ def parser() -> Parser:
     )
     add_frame(add_view(result))
     quality = result.add_argument_group("how it is traced")
-    quality.add_argument(
-        "--depth", type=int, metavar="N", help="levels of the ray tree, the eye ray's is 1 (default: 7)"
-    )
+    add_depth(quality)
     add_quality(quality)
     add_display(result.add_argument_group("how the value is shown"))
     add_machine(result)
