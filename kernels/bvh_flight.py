@@ -16,6 +16,7 @@ from .bvh_traverse import is_ray_finite
 from .constants import FLIGHT_FLOATS, FLIGHTS, LEAF_FLOATS, LEAF_IDS, TRIANGLES
 from .intersect_packet import PacketRay, intersect_triangles, make_packet_ray
 from .prefetch import prefetch_child
+from .vector import relative
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -116,11 +117,24 @@ def trace_flights(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.vec3d,
     first: int,
     count: int,
     is_any: bool,
 ):
-    """Find the closest hits of successive rays, or any hits, in a hierarchy of one level; leave them in ``flights``."""
+    """Find the closest hits of successive rays, or any hits, in a hierarchy of one level; leave them in ``flights``.
+
+    Args:
+        accel: The hierarchy, in coordinates relative to ``base``.
+        flights: Scratch memory, and results.
+        origins: Of all rays.
+        directions: Likewise.
+        t_max: One value for all rays, or one a ray.
+        base: A point, in the coordinates of the rays.
+        first: The first ray.
+        count: Rays; at most GROUP_SPAN.
+        is_any: Whether any hit will do.
+    """
     waiting = int(0)
     flying = int(wp.min(FLIGHTS, count))
     for k in range(flying):
@@ -136,7 +150,7 @@ def trace_flights(
         while waiting < count and not is_flying:
             i = first + waiting
             end = t_max[wp.min(i, t_max.shape[0] - 1)]
-            is_flying = take_off(accel, flights, slot, origins[i], directions[i], end, waiting)
+            is_flying = take_off(accel, flights, slot, relative(origins[i], base), directions[i], end, waiting)
             waiting += 1
         if is_flying:
             k += 1

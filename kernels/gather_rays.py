@@ -8,6 +8,7 @@ from .constants import DIRECTION_ROW, GROUP
 from .intersect_packet import COLUMNS, VECTOR_TYPES, make_packet_ray
 from .native import spell_out
 from .ray_group import PREPARE_RAYS, RUN_OF_RAYS, set_group_ray
+from .vector import relative
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -49,6 +50,12 @@ _LOAD = (
         const float end = ((const float*)t_max.data)[t_max.shape[0] == 1 ? 0 : ray];
         ends_[index] = index < count && end >= 0.0f ? end : -1.0f;
     }
+    for (int axis = 0; axis < 3; ++axis) {
+        if (base[axis] == 0.0)
+            continue;
+        for (int index = 0; index < GROUP; ++index)
+            lines[axis * GROUP + index] = (float)((double)lines[axis * GROUP + index] - base[axis]);
+    }
 """
     + PREPARE_RAYS
 )
@@ -60,6 +67,7 @@ def load_group(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.vec3d,
     order: wp.array[int],
     start: int,
     count: int,
@@ -73,6 +81,7 @@ def load_group(
         origins: Of all rays, contiguous.
         directions: Likewise.
         t_max: One value for all rays, or one a ray.
+        base: Point that the group's coordinates are relative to, in those of the arrays.
         order: Which rays: from ``start`` on.
         start: Row of ``order``.
         count: 1 to GROUP.
@@ -88,6 +97,7 @@ def load_group_plain(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.vec3d,
     order: wp.array[int],
     start: int,
     count: int,
@@ -98,6 +108,6 @@ def load_group_plain(
     """Write what ``load_group`` writes, in plain Warp."""
     for index in range(wp.int32(GROUP)):
         ray = order[start + (index if index < count else 0)]
-        set_group_ray(group, first, index, make_packet_ray(origins[ray], directions[ray]))
+        set_group_ray(group, first, index, make_packet_ray(relative(origins[ray], base), directions[ray]))
         end = t_max[wp.min(ray, t_max.shape[0] - 1)]
         ends[index] = end if index < count and end >= 0.0 else -1.0

@@ -15,6 +15,7 @@ from .intersect_packet import COLUMNS, VECTOR_TYPES, octant_of
 from .native import spell_out
 from .per_type import per_type
 from .ray_results import Results, is_satisfied_by_any, prefetch_results, trace_single, write_flight, write_group
+from .vector import relative
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -29,6 +30,8 @@ class RaySpan:
     """Rays on each list, shape [9]."""
     group: RayGroup
     flights: Flights
+    base: wp.vec3d
+    """World point that the hierarchy's coordinates are relative to."""
 
 
 _TAKE = r"""
@@ -217,13 +220,17 @@ def trace_span(
     is_any = is_satisfied_by_any(results)
     if sorted.shape[0] == 0 and are_scattered(origins, begin, size):
         if is_for_flights(accel):
-            trace_flights(accel, span.flights, origins, directions, t_max, begin, size, is_any)
+            trace_flights(accel, span.flights, origins, directions, t_max, span.base, begin, size, is_any)
             for row in range(size):
                 write_flight(accel, results, begin + row, span.flights, row)
             return
+        is_moved = not (span.base == wp.vec3d())
         for ray in range(begin, begin + size):
             end = t_max[wp.min(ray, t_max.shape[0] - 1)]
-            trace_single(accel, results, ray, origins[ray], directions[ray], end, span.group.single_stack)
+            origin = origins[ray]
+            if is_moved:
+                origin = relative(origin, span.base)
+            trace_single(accel, results, ray, origin, directions[ray], end, span.group.single_stack)
         return
     sort_by_octant(origins, directions, sorted, begin, size, span.order, span.sizes)
     for octant in range(9):
@@ -234,7 +241,9 @@ def trace_span(
             if sorted.shape[0] > 0:
                 prefetch_results(results, span.order, start, count)
             if octant < 8:
-                load_group(origins, directions, t_max, span.order, start, count, span.group.rays, 0, span.group.ends)
+                rays = span.group.rays
+                ends = span.group.ends
+                load_group(origins, directions, t_max, span.base, span.order, start, count, rays, 0, ends)
                 trace_group(accel, span.group, count, is_any)
             write_group(accel, results, span.order, start, count, octant < 8, span.group)
             start += count

@@ -84,3 +84,13 @@ def fresnel_schlick(f0: wp.vec3, f90: wp.vec3, cos_in: float) -> wp.vec3:
     c = wp.clamp(1.0 - cos_in, 0.0, 1.0)
     c2 = c * c
     return f0 + (f90 - f0) * (c2 * c2 * c)
+
+
+@wp.func
+def relative(point: wp.vec3, base: wp.vec3d) -> wp.vec3:
+    """Return where a point is seen from another one: their difference in float64, rounded."""
+    return wp.vec3(
+        float(wp.float64(point[0]) - base[0]),
+        float(wp.float64(point[1]) - base[1]),
+        float(wp.float64(point[2]) - base[2]),
+    )

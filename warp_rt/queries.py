@@ -74,9 +74,9 @@ def closest_hit(
     """
     if out is not None and not isinstance(out, Hits):
         raise OptionError(f"out: Hits expected, got {type(out).__name__}")
-    rays = _Rays(accel, origins, directions, t_max, threads)
+    rays = _Rays(accel, query.query_closest_hit, origins, directions, t_max, threads)
     arrays = {name: rays.output(getattr(out, name, None), name, dtype) for name, dtype in _HIT_TYPES.items()}
-    _launch(accel, query.query_closest_hit, rays, list(arrays.values()))
+    _launch(accel, rays, list(arrays.values()))
     written = {name: rays.result(getattr(out, name, None), arrays[name], dtype) for name, dtype in _HIT_TYPES.items()}
     return Hits(**written) if out is None else out
 
@@ -91,9 +91,9 @@ def any_hit(
     out: Any = None,
 ) -> Any:
     """Return whether each ray hits anything in [0, t_max): bool, shape [n]. Arguments as for ``closest_hit``."""
-    rays = _Rays(accel, origins, directions, t_max, threads)
+    rays = _Rays(accel, query.query_any_hit, origins, directions, t_max, threads)
     blocked = rays.output(out, "out", wp.bool)
-    _launch(accel, query.query_any_hit, rays, [blocked])
+    _launch(accel, rays, [blocked])
     return rays.result(out, blocked, wp.bool)
 
 
@@ -111,9 +111,9 @@ def count_hits(
     Out of a closed mesh this is odd, in front of it or behind it even: but a ray through an edge or a vertex meets all
     triangles that share it, and counts each of them.
     """
-    rays = _Rays(accel, origins, directions, t_max, threads)
+    rays = _Rays(accel, query.query_count_hits, origins, directions, t_max, threads)
     count = rays.output(out, "out", wp.int32)
-    _launch(accel, query.query_count_hits, rays, [count])
+    _launch(accel, rays, [count])
     return rays.result(out, count, wp.int32)
 
 
@@ -123,18 +123,24 @@ class _Rays:
     That memory is a NumPy array on the CPU, whatever the caller's is, and a Warp array on a GPU.
     """
 
-    def __init__(self, accel: Accel, origins: Any, directions: Any, t_max: Any, threads: int | None) -> None:
+    def __init__(
+        self, accel: Accel, kernel: wp.Kernel, origins: Any, directions: Any, t_max: Any, threads: int | None
+    ) -> None:
         if not isinstance(accel, Accel):
             raise OptionError(f"accel: an Accel expected, as build_accel returns, got {type(accel).__name__}")
         check_threads(threads)
         self.workers = Workers(threads if accel.device == "cpu" else 1)
         self.device = accel.device
         self.is_cpu = accel.device == "cpu"
+        self.is_grouped = self.is_cpu and accel.data.intersector == constants.WATERTIGHT and kernel in _GROUP_KERNELS
+        self.kernel = _GROUP_KERNELS[kernel] if self.is_grouped else kernel
         self.is_warp = isinstance(origins, wp.array)
         if isinstance(directions, wp.array) != self.is_warp:
             raise OptionError("origins and directions: both NumPy or both Warp arrays expected")
         self.count: int | None = None
-        self.origins = self._vectors("origins", origins, accel.origin if accel.origin.any() else None)
+        # Kernels that take groups of rays know the point that the hierarchy's coordinates are relative to.
+        shift = accel.origin if not self.is_grouped and accel.origin.any() else None
+        self.origins = self._vectors("origins", origins, shift)
         self.count = len(self.origins)
         self.directions = self._vectors("directions", directions, None)
         if len(self.directions) != self.count:
@@ -228,15 +234,14 @@ class _Rays:
         return array
 
 
-def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any]) -> None:
-    """Launch a query kernel over all rays."""
+def _launch(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
+    """Launch a query's kernel over all rays."""
     if not rays.count:
         return
-    workers = rays.workers
-    is_for_groups = rays.is_cpu and accel.data.intersector == constants.WATERTIGHT
-    if is_for_groups and kernel in _GROUP_KERNELS:
-        _launch_groups(accel, _GROUP_KERNELS[kernel], rays, outputs)
+    if rays.is_grouped:
+        _launch_groups(accel, rays, outputs)
         return
+    workers = rays.workers
     load_module(query, accel.device)
     count = rays.count
     tile = _cpu_tile(count, workers.count) if rays.is_cpu else _GPU_TILE
@@ -250,7 +255,7 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any]) ->
     def record() -> tuple[wp.Launch, Any]:
         scratch = make_stacks(accel, 1 if rays.is_cpu else min(tile, count))
         inputs = [*arrays, scratch, 0]
-        return wp.launch(kernel, dim=1, inputs=inputs, outputs=described, device=accel.device, record_cmd=True), scratch
+        return wp.launch(rays.kernel, 1, inputs, described, device=accel.device, record_cmd=True), scratch
 
     def run(start: int, recorded: tuple[wp.Launch, Any]) -> None:
         command, _ = recorded
@@ -261,9 +266,9 @@ def _launch(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any]) ->
     workers.map(run, starts, record)
 
 
-def _launch_groups(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[Any]) -> None:
-    """Launch a query kernel that takes the rays in groups, once or more in each worker."""
-    count = len(rays.origins)
+def _launch_groups(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
+    """Launch a query's kernel that takes the rays in groups, once or more in each worker."""
+    count, kernel = len(rays.origins), rays.kernel
     workers = rays.workers
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
     order = sort_rays(accel, rays.origins, workers)
@@ -272,11 +277,11 @@ def _launch_groups(accel: Accel, kernel: wp.Kernel, rays: _Rays, outputs: list[A
     launches = take_span_launches(accel)
     launches.prepare(accel, kernel, arrays, workers.count)
 
-    def run(worker: int, _: None) -> list[int]:
+    def run(worker: int) -> bool:
         launches.launch(kernel, worker)
-        return [worker] if taken[0] < count else []
+        return taken[0] < count
 
-    workers.map(run, range(workers.count))
+    workers.repeat(run)
     keep_span_launches(accel, launches)  # not after an interrupt: a thread may still be at work
 
 

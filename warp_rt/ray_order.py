@@ -5,24 +5,22 @@
 from __future__ import annotations
 
 import math
-import threading
 
 import numpy as np
 import warp as wp
 
 from warp_rt.accel import Accel
+from warp_rt.jobs import Executor
 from warp_rt.kernel_binaries import load_module
 from warp_rt.kernels import ray_order
-from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP
+from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, RAY_CODE_BITS, RAY_DIGITS
 from warp_rt.workers import Workers
 
 _OCTANTS = 8
 _SAMPLED_GROUPS = 32
 _WORTHWHILE = 16.0  # how much smaller sorting makes groups before it pays: 80 thousand rays at random
-_TILE = 1 << 15  # rays whose codes one launch computes
+_MOST_PARTS = 16  # of the rays, each counted by one thread: what they count is added up by one
 _AS_THEY_COME = np.empty(0, np.int32)
-
-_sorting = threading.Lock()  # Warp sorts in static memory on the CPU
 
 
 def sort_rays(accel: Accel, origins: np.ndarray, workers: Workers) -> np.ndarray:
@@ -36,7 +34,7 @@ def sort_rays(accel: Accel, origins: np.ndarray, workers: Workers) -> np.ndarray
     Args:
         accel: What they are traced in.
         origins: Of the rays, float32, shape [n, 3], C contiguous.
-        workers: Who computes the codes.
+        workers: Who sorts them. Their number does not change the result.
 
     Returns:
         int32, shape [n] or [0].
@@ -47,18 +45,21 @@ def sort_rays(accel: Accel, origins: np.ndarray, workers: Workers) -> np.ndarray
         return _AS_THEY_COME
     load_module(ray_order, "cpu")
     low, side = box
-    count = len(origins)
-    points: wp.array = wp.array(origins, dtype=wp.vec3, device="cpu", copy=False)
-    codes, rays = (_uninitialized(2 * count) for _ in range(2))  # the second half is the sort's own
-
-    def code(first: int, _: None) -> None:
-        inputs = [points, wp.vec3(low), 1.0 / side, first]
-        wp.launch(ray_order.code_rays, min(_TILE, count - first), inputs, [codes, rays], device="cpu")
-
-    workers.map(code, range(0, count, _TILE))
-    with _sorting:
-        wp.utils.radix_sort_pairs(codes, rays, count)
-    return rays.numpy()[:count]
+    count, parts = len(origins), min(workers.count, _MOST_PARTS)
+    executor = Executor("cpu", workers)
+    codes, rays = executor.empty(count, wp.int32), executor.upload(np.arange(count, dtype=np.int32), wp.int32)
+    executor.launch(ray_order.code_rays, count, [executor.upload(origins, wp.vec3), wp.vec3(low), 1.0 / side], [codes])
+    bounds = executor.upload((count * np.arange(parts + 1) // parts).astype(np.int32), wp.int32)
+    for shift in range(0, 3 * RAY_CODE_BITS, RAY_DIGITS.bit_length() - 1):
+        counts = np.zeros((parts, RAY_DIGITS), np.int32)
+        outputs = [executor.upload(counts, wp.int32)]
+        executor.launch(ray_order.count_digits, parts, [codes, bounds, shift], outputs, weight=count)
+        places = np.cumsum(counts.T, dtype=np.int32).reshape(-1, parts).T - counts
+        inputs = [codes, rays, bounds, shift]
+        codes, rays = executor.empty(count, wp.int32), executor.empty(count, wp.int32)
+        outputs = [executor.upload(places, wp.int32), codes, rays]
+        executor.launch(ray_order.place_rays, parts, inputs, outputs, weight=count)
+    return rays.numpy()
 
 
 def _scattered_box(origins: np.ndarray) -> tuple[np.ndarray, float] | None:
@@ -80,7 +81,3 @@ def _scattered_box(origins: np.ndarray) -> tuple[np.ndarray, float] | None:
     side = float((high - low).max())
     is_worthwhile = side > 0 and np.median(spans) > _WORTHWHILE * sorted_span
     return (low, side) if is_worthwhile else None
-
-
-def _uninitialized(count: int) -> wp.array:
-    return wp.array(np.empty(count, np.int32), dtype=wp.int32, device="cpu", copy=False)

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import warp as wp
+
 from warp_rt.accel import Accel, make_stacks
 from warp_rt.kernels.bvh_flight import Flights, RayInFlight
 from warp_rt.kernels.constants import FLIGHTS, GROUP_SPAN
@@ -17,6 +19,7 @@ def make_ray_span(accel: Accel) -> RaySpan:
     span.order, span.sizes = empty(9 * GROUP_SPAN, int), empty(9, int)
     span.group = make_ray_group(accel)
     span.flights = _make_flights(accel)
+    span.base = wp.vec3d(*accel.origin)
     return span
 
 

@@ -48,14 +48,15 @@ def compare_loads(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.vec3d,
     order: wp.array[int],
     counts: wp.array[int],
     groups_out: wp.array3d[float],
     ends_out: wp.array3d[float],
 ):
     i = wp.tid()
-    load_group(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[0, i], 0, ends_out[0, i])
-    load_group_plain(origins, directions, t_max, order, i * GROUP, counts[i], groups_out[1, i], 0, ends_out[1, i])
+    load_group(origins, directions, t_max, base, order, i * GROUP, counts[i], groups_out[0, i], 0, ends_out[0, i])
+    load_group_plain(origins, directions, t_max, base, order, i * GROUP, counts[i], groups_out[1, i], 0, ends_out[1, i])
     bound_group(groups_out[0, i], 0, ALL_RAYS)
     bound_group_plain(groups_out[1, i], 0, ALL_RAYS)
 
@@ -179,7 +180,9 @@ def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list[wp.array],
     return [array.numpy() for array in outputs]
 
 
-def random_groups(rng: np.random.Generator, device: str) -> tuple[wp.array, wp.array, np.ndarray, list[np.ndarray]]:
+def random_groups(
+    rng: np.random.Generator, device: str, base: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> tuple[wp.array, wp.array, np.ndarray, list[np.ndarray]]:
     """Return loaded groups and ends, their sizes, and all that was loaded, native and plain.
 
     Rays that follow each other in memory, and others. Narrow and wide groups, each of one octant; some rays along axes,
@@ -196,7 +199,7 @@ def random_groups(rng: np.random.Generator, device: str) -> tuple[wp.array, wp.a
     order = np.concatenate([(rng.permutation(GROUP) if i % 2 else np.arange(GROUP)) + i * GROUP for i in range(COUNT)])
     counts = rng.choice([1, 5, GROUP - 1, GROUP], COUNT)
     inputs = [wp.array(v.reshape(-1, 3), dtype=wp.vec3, device=device) for v in (origins, directions)]
-    inputs += [wp.array(ends, dtype=float, device=device)]
+    inputs += [wp.array(ends, dtype=float, device=device), wp.vec3d(*base)]
     inputs += [wp.array(v, dtype=int, device=device) for v in (order, counts)]
     outputs = [wp.zeros((2, COUNT, n), dtype=float, device=device) for n in (GROUP_FLOATS, GROUP)]
     groups, loaded_ends = launch(compare_loads, COUNT, inputs, outputs, device)
@@ -219,6 +222,20 @@ def test_groups_are_loaded(device: str) -> None:
     inverse = groups[0][:, 96:192]
     assert np.isfinite(inverse).all()
     assert (inverse != 0).all()
+
+
+def test_groups_are_loaded_relative_to_a_point(device: str) -> None:
+    """Rounded once, after a subtraction in float64."""
+    base = (1000.1, -3e7, 0.3)
+    _, _, _, (here, _) = random_groups(np.random.default_rng(1), device)
+    _, _, _, (moved, _) = random_groups(np.random.default_rng(1), device, base)
+    for axis, offset in enumerate(base):
+        origins = here[0][:, axis * GROUP : (axis + 1) * GROUP].astype(float)
+        for twin in moved:
+            np.testing.assert_array_equal(
+                twin[:, axis * GROUP : (axis + 1) * GROUP], (origins - offset).astype(np.float32)
+            )
+    np.testing.assert_array_equal(here[0][:, 3 * GROUP : 6 * GROUP], moved[0][:, 3 * GROUP : 6 * GROUP])
 
 
 def test_groups_enter_instances(device: str) -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 
 import pytest
 
@@ -76,6 +77,51 @@ def test_idle_threads_are_used_again() -> None:
     for _ in range(50):
         Workers(4).map(lambda item, _: None, range(8))
     assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_job_is_repeated_until_nothing_is_left(count: int) -> None:
+    left = deque(range(200))
+    done: list[tuple[int, int]] = []
+
+    def take(thread: int) -> bool:
+        try:
+            done.append((left.pop(), thread))
+        except IndexError:
+            return False
+        return True
+
+    Workers(count).repeat(take)
+    assert sorted(item for item, _ in done) == list(range(200))
+    assert {thread for _, thread in done} <= set(range(count))
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+@pytest.mark.parametrize("raising", [0, 2])
+def test_an_error_ends_what_is_repeated(error: type[BaseException], raising: int) -> None:
+    calls = [0, 0, 0]
+
+    def work(thread: int) -> bool:
+        calls[thread] += 1
+        time.sleep(0.001)
+        if thread == raising and calls[thread] == 3:
+            raise error("stop")
+        return True
+
+    with pytest.raises(error, match="stop"):
+        Workers(3).repeat(work)
+    assert calls[raising] == 3
+    ended = list(calls)
+    time.sleep(0.01)
+    assert calls == ended
+
+
+def test_threads_of_many_short_calls_are_few() -> None:
+    """A helper whose order was called off, for nothing was left to do when it woke up, serves the next call."""
+    before = threading.active_count()
+    for _ in range(300):
+        Workers(3).repeat(lambda thread: False)
+    assert threading.active_count() <= before + 2
 
 
 def test_jobs_may_share_their_work_as_well() -> None:
