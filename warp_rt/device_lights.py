@@ -62,12 +62,12 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
 
 def _varies(light: Light, lengths: np.ndarray) -> int:
     """Return ``kernels.structs.LightData.varies``: UNEVEN, VARIED, both or neither."""
-    shaped = light.focus > 0 or light.cone_angle < np.pi or light.profile is not None or light.image >= 0
+    is_varied = light.is_shaped or light.image >= 0
     axes = light.world_from_light[:3, :3] / np.where(lengths > 0, lengths, 1.0)
     is_sheared = np.abs(axes.T @ axes - np.eye(3)).max() > _EVEN
     round_lengths = {LightKind.DISK: lengths[:2], LightKind.CYLINDER: lengths[1:]}.get(light.kind, lengths)
     is_uneven = is_sheared or round_lengths.max() > round_lengths.min() * (1 + _EVEN)
-    return (VARIED if shaped else 0) | (UNEVEN if is_uneven and light.kind != LightKind.RECT else 0)
+    return (VARIED if is_varied else 0) | (UNEVEN if is_uneven and light.kind != LightKind.RECT else 0)
 
 
 def _half_sizes(light: Light) -> np.ndarray:

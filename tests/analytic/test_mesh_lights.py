@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pxr import Usd
 
-from warp_rt import Scene
+from warp_rt import Scene, load_scene
 from warp_rt.scene import Light, LightKind
 
 from .scenes import lamp, looking, parallel, preview, radiance, scene_of, square, whitted
@@ -19,6 +20,9 @@ PLACES = [(0.2, 0.1), (1.5, -0.5), (-2.0, 1.0)]
 # The rectangle of a RectLight, seen from -Z counter-clockwise: it shines along -Z.
 RECT = np.float32([(-1, -1, 0), (-1, 1, 0), (1, 1, 0), (1, -1, 0)]) / 2
 TRIANGLES = np.stack([RECT[[0, 1, 2]], RECT[[0, 2, 3]]])
+
+
+FLOOR = 'def Plane "F" { double width = 40\ndouble length = 40\ncolor3f[] primvars:displayColor = [(1, 1, 1)]\n}'
 
 
 def mesh(triangles: np.ndarray, matrix: np.ndarray, **more: object) -> Light:
@@ -155,6 +159,21 @@ def test_a_glowing_mesh_is_mirrored_or_highlighted_not_both(roughness: float, sa
     found = radiance(scene_of(square(metal), drawn, lights=[light]), camera, light_samples=samples)
     expected = radiance(scene_of(square(metal), lights=[rect]), camera, light_samples=samples, lights_visible=True)
     np.testing.assert_allclose(found, expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("samples", [0, 1024])
+@pytest.mark.parametrize("place", PLACES)
+def test_a_sphere_that_shines_is_a_sphere_light(place: tuple[float, float], samples: int) -> None:
+    """Its triangles lie about the sphere that is drawn, which shadows none of those that face the place."""
+    where = 'double3 xformOp:translate = (0, 0, 2)\nuniform token[] xformOpOrder = ["xformOp:translate"]'
+    found = []
+    kinds = ("Sphere", "LightAPI", "double radius"), ("SphereLight", "ShadowAPI", "float inputs:radius")
+    for kind, api, radius in kinds:
+        stage = Usd.Stage.CreateInMemory()
+        lamp = f'def {kind} "L" (prepend apiSchemas = ["{api}"]) {{\n{radius} = 0.5\n{where}\n}}'
+        stage.GetRootLayer().ImportFromString(f'#usda 1.0\n(upAxis = "Z")\n{lamp}\n{FLOOR}')
+        found.append(radiance(load_scene(stage), parallel((*place, 0.1)), light_samples=samples))
+    np.testing.assert_allclose(found[0], found[1], rtol=0.02 if samples else 2e-3)
 
 
 @pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6])

@@ -31,6 +31,12 @@ def Material "Glow"
 """
 
 
+def _material(scene):
+    """Return the material that the first thing that is drawn has."""
+    table = scene.instances.material_table[scene.instances.material_offset[0] :]
+    return scene.materials[table[0]]
+
+
 def _scene(body="", more="", bound=False):
     schemas = '"MeshLightAPI", "MaterialBindingAPI"'
     binding = "rel material:binding = </Glow>" if bound else ""
@@ -79,12 +85,15 @@ def test_material_sync_mode(mode, factor, codes):
     body = f'uniform token light:materialSyncMode = "{mode}"' if mode else ""
     scene = _scene(body, bound=True)
     assert scene.lights[0].radiance == pytest.approx(np.array([12, 6, 3]) * factor)
-    is_black = mode == "noMaterialResponse"
-    assert scene.lights[0].glows == (not is_black)
-    table = scene.instances.material_table[scene.instances.material_offset[0] :]
-    drawn = scene.materials[table[0]]
-    assert any(any(term.value) for term in drawn.inputs.values()) == (not is_black)
-    assert not _scene(body).lights[0].glows
+    is_lamp = mode == "noMaterialResponse"
+    assert scene.lights[0].glows
+    assert _scene(body).lights[0].glows == is_lamp
+    drawn = _material(scene)
+    emitted = tuple(scene.lights[0].radiance) if is_lamp else (0.5, 2, 4)
+    assert drawn.inputs["emissiveColor"].value[:3] == pytest.approx(emitted)
+    if is_lamp:  # the light is all that is seen of it
+        assert not any(drawn.inputs[name].value[:3] != (0, 0, 0) for name in ("diffuseColor", "specularColor"))
+        assert drawn.use_specular_workflow
     assert [d.code for d in scene.diagnostics if d.code.startswith("W")] == codes
 
 
@@ -101,3 +110,97 @@ def PointInstancer "Points"
     assert [light.path for light in lights] == ["/Lamp", "/Points[0]", "/Points[1]"]
     assert lights[2].world_from_light[:3, 3].tolist() == [9, 0, 5]
     assert all(light.triangles is not None for light in lights)
+
+
+def test_shaped_lamps_are_black():
+    """What a material emits is the same in all directions."""
+    body = 'uniform token light:materialSyncMode = "noMaterialResponse"\nfloat inputs:shaping:focus = 2'
+    scene = _scene(body, bound=True)
+    assert not scene.lights[0].glows
+    assert not any(_material(scene).inputs["emissiveColor"].value[:3])
+
+
+# --- other geometry
+
+SHAPES = [
+    ("Cube", "double size = 3", 54),
+    ("Plane", "double width = 2\ndouble length = 5", 10),
+    ("Sphere", "double radius = 2", 16 * np.pi),
+    ("Cylinder", "double radius = 2\ndouble height = 5", 28 * np.pi),
+    ("Cone", "double radius = 3\ndouble height = 4", 24 * np.pi),
+    ("Capsule", "double radius = 2\ndouble height = 5", 36 * np.pi),
+    ("Points", "point3f[] points = [(0, 0, 0), (9, 0, 0)]\nfloat[] widths = [4, 2]", 20 * np.pi),
+]
+
+
+def _area(light):
+    corners = light.triangles.astype(float)
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+
+
+def _shape(kind, body, api="LightAPI"):
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef {kind} "L" (prepend apiSchemas = ["{api}"]) {{\n{body}\n}}')
+    return load_stage(stage)
+
+
+@pytest.mark.parametrize(("kind", "body", "area"), SHAPES, ids=[kind for kind, *_ in SHAPES])
+def test_other_geometry_shines_with_its_own_power(kind, body, area):
+    """Triangles lie outside of curved shapes, so that these do not shadow them; what is too much is taken back."""
+    for normalize in (0, 1):
+        scene = _shape(kind, f"{body}\nfloat inputs:intensity = 7\nbool inputs:normalize = {normalize}")
+        (light,) = scene.lights
+        assert not [d for d in scene.diagnostics if d.code.startswith("W")]
+        assert light.kind == LightKind.MESH
+        assert light.radiance[0] * _area(light) == pytest.approx(7 if normalize else 7 * area, rel=2e-4)
+        assert light.glows  # LightAPI's materialSyncMode is noMaterialResponse
+        assert light.is_double_sided == (kind == "Plane")  # the schema's own doubleSided
+
+
+@pytest.mark.parametrize(("kind", "body"), [shape[:2] for shape in SHAPES[2:]], ids=[kind for kind, *_ in SHAPES[2:]])
+def test_triangles_lie_outside_of_curved_shapes(kind, body):
+    """Points all over them are in front of the shape as seen from outside, or on its flat faces."""
+    corners = _shape(kind, body).lights[0].triangles.astype(float)
+    weights = np.random.default_rng(1).dirichlet((1, 1, 1), 20)
+    x, y, z = np.einsum("wc,nck->knw", weights, corners).reshape(3, -1)
+    around = np.hypot(x, y)
+    tiny = 1e-5
+    if kind == "Sphere":
+        assert (np.sqrt(around**2 + z**2) >= 2 - tiny).all()
+    elif kind == "Points":
+        assert (np.minimum(np.sqrt(around**2 + z**2) - 2, np.sqrt((x - 9) ** 2 + y**2 + z**2) - 1) >= -tiny).all()
+    elif kind == "Capsule":
+        assert (np.hypot(around, np.maximum(np.abs(z) - 2.5, 0)) >= 2 - tiny).all()
+    elif kind == "Cylinder":
+        assert (np.maximum(around - 2, np.abs(z) - 2.5) >= -tiny).all()
+    else:
+        assert (np.maximum(around - 3 * (2 - z) / 4, -z - 2) >= -tiny).all()
+
+
+def test_curves_give_no_light():
+    body = 'point3f[] points = [(0, 0, 0), (1, 0, 0)]\nint[] curveVertexCounts = [2]\nuniform token type = "linear"'
+    scene = _shape("BasisCurves", body + "\nfloat[] widths = [0.1]")
+    assert not scene.lights
+    assert "a BasisCurves as a light is not supported" in next(d.message for d in scene.diagnostics if d.code == "W401")
+
+
+def test_a_geometry_light_shines_where_its_geometry_is():
+    """Shaped about its own axis, of its own intensity; in the space of the geometry, mirrored or not."""
+    place = "double3 xformOp:translate = (0, 0, 5)\ndouble3 xformOp:scale = (-1, 2, 1)"
+    order = 'uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]'
+    turned = 'float xformOp:rotateX = 90\nuniform token[] xformOpOrder = ["xformOp:rotateX"]'
+    inputs = "rel geometry = </Quad>\nfloat inputs:intensity = 3\nbool inputs:normalize = 1"
+    lamp = f'def GeometryLight "L" {{\n{inputs}\n{turned}\n}}'
+    text = QUAD.replace("float inputs:intensity = 12\n    color3f inputs:color = (1, 0.5, 0.25)", f"{place}\n{order}")
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Mesh "Quad" {{{text}}}\n{lamp}')
+    scene = load_stage(stage)
+    (light,) = scene.lights
+    assert light.radiance[0] == pytest.approx(3 / 12)
+    matrix = light.world_from_light
+    world = light.triangles @ matrix[:3, :3].T + matrix[:3, 3]
+    np.testing.assert_allclose(sorted(world.reshape(-1, 3)[:, 2]), 5)
+    normals = np.cross(world[:, 1] - world[:, 0], world[:, 2] - world[:, 0])
+    np.testing.assert_allclose(normals / 2, [(0, 0, 6)] * 2, atol=1e-5)  # a mirrored mesh keeps its outside
+    assert _material(scene).inputs["emissiveColor"].value[0] == pytest.approx(3 / 12)
+    assert not [d for d in scene.diagnostics if d.code.startswith("W")]

@@ -113,6 +113,11 @@ class Light:
     negative; 0: neither."""
 
     @property
+    def is_shaped(self) -> bool:
+        """Whether a focus, a cone or a profile makes it send out more in some directions than in others."""
+        return self.focus > 0 or self.cone_angle < np.pi or self.profile is not None
+
+    @property
     def has_extent(self) -> bool:
         """Whether it is more than a point, so that its shadows are soft where it is sampled."""
         return self.kind != LightKind.POINT and (self.kind != LightKind.DISTANT or self.angle > 0)

@@ -48,7 +48,6 @@ _KINDS = {
     "DiskLight": LightKind.DISK,
     "CylinderLight": LightKind.CYLINDER,
     "DistantLight": LightKind.DISTANT,
-    "Mesh": LightKind.MESH,
 }
 # What UsdLux.BlackbodyTemperatureAsRgb knows [K]; others count as the nearer end.
 _TEMPERATURES = 1000.0, 10000.0
@@ -57,6 +56,7 @@ _SYNC_MODE = "light:materialSyncMode"
 _TINTS, _NO_RESPONSE = "materialGlowTintsLight", "noMaterialResponse"
 _SYNC_MODES = (_TINTS, _NO_RESPONSE, "independent")
 _DOMES = ("DomeLight", "DomeLight_1")
+_NAMES_GEOMETRY = "GeometryLight"
 _PREFIX = "inputs:"
 # What lights of any type had before USD 21, beside the properties of their own type.
 _COMMON_APIS = ("LightAPI", "ShapingAPI", "ShadowAPI")
@@ -101,41 +101,62 @@ def read_light(
         report: Takes diagnostics about what is ignored.
         images: Reads the texture of a dome or a rect light.
         profiles: Reads IES profiles.
-        meshes: Finds what shines of a mesh.
+        meshes: Finds what shines of geometry.
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
         return None
     kind = prim.GetTypeName()
     path = prim.GetPath()
-    mesh = meshes.read(prim) if kind == "Mesh" else None
-    if (kind not in _KINDS and kind not in _DOMES) or (kind == "Mesh" and mesh is None):
-        if prim.IsA(UsdGeom.Gprim) and kind != "Mesh":
-            report.warn(UNSUPPORTED_LIGHT, path, f"of geometry only a Mesh can be a light; this {kind} gives no light")
-            return None
+    source = _geometry_of(prim)
+    if kind not in _KINDS and kind not in _DOMES and source is None:
         name = "a light without a type" if not kind else f"a {kind} as a light"
-        why = "is not drawn" if kind == "Mesh" else "is not supported"
+        why = "names no geometry" if kind == _NAMES_GEOMETRY else "is not supported"
         report.warn(UNSUPPORTED_LIGHT, path, f"{name} {why}; it gives no light")
         return None
     matrix = np.array(world_from_local, float)
     if not np.isfinite(matrix).all() or not _is_invertible(matrix):
         report.warn(INVALID_LIGHT, path, "the transform is singular or not finite; the light is left out")
         return None
+    mesh = None
+    if source is not None:
+        mesh = meshes.read(prim, time) if source == prim else meshes.read_target(source, matrix)
+        if mesh is None:
+            why = "is not supported" if len(meshes.rows(source)) else "is not drawn"
+            message = f"a {source.GetTypeName()} as a light {why}; it gives no light"
+            report.warn(UNSUPPORTED_LIGHT, path, message)
+            return None
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
     _report_ignored(prim, attributes, report)
     if kind in _DOMES:
         return _read_dome(prim, kind, matrix, attributes, report, images)
-    light = _read_shape(prim, _KINDS[kind], matrix, attributes, report, images, profiles, mesh)
-    if light is not None and mesh is not None and attributes.token(_SYNC_MODE, _TINTS, _SYNC_MODES) == _NO_RESPONSE:
-        meshes.blacken(prim)
-        light = replace(light, glows=False)
+    light = _read_shape(prim, _KINDS.get(kind, LightKind.MESH), matrix, attributes, report, images, profiles, mesh)
+    if light is None or mesh is None or source is None:
+        return light
+    has_two_sides = AttributeReader(source, time, INVALID_VALUE, report).truth("doubleSided", False)
+    light = replace(light, is_double_sided=has_two_sides and not mesh.is_solid)
+    if attributes.token(_SYNC_MODE, _TINTS, _SYNC_MODES) == _NO_RESPONSE:
+        # What is seen of it is the light. Materials emit the same in all directions.
+        light = replace(light, glows=not light.is_shaped)
+        meshes.show_as_light(source, light.radiance if light.glows else (0.0, 0.0, 0.0))
     return light
 
 
+def _geometry_of(prim: Usd.Prim) -> Usd.Prim | None:
+    """Return the geometry whose surface a light's is: itself, or what a GeometryLight names; None of other lights."""
+    if prim.IsA(UsdGeom.Gprim):
+        return prim
+    if prim.GetTypeName() != _NAMES_GEOMETRY:
+        return None
+    targets = prim.GetRelationship("geometry").GetForwardedTargets()
+    target = prim.GetStage().GetPrimAtPath(targets[0]) if len(targets) == 1 else None
+    return target if target and target.IsA(UsdGeom.Gprim) else None
+
+
 def _mesh_area(matrix: np.ndarray, mesh: ShiningMesh) -> float:
-    """Return the area of a mesh light in world space."""
+    """Return the area in world space of geometry that shines."""
     corners = mesh.triangles @ matrix[:3, :3].T
     sides = corners[:, 1:] - corners[:, :1]
-    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
+    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2) * mesh.density
 
 
 def _is_invertible(matrix: np.ndarray) -> bool:
@@ -199,7 +220,7 @@ def _read_shape(
             report.warn(INVALID_LIGHT, path, "has no area, so it gives no light; left out")
             return None
         divisor = area if is_normalized else 1.0
-    radiance = emission / divisor
+    radiance = emission / divisor * (mesh.density if mesh else 1.0)
     if mesh is not None and mesh.glow.any() and attributes.token(_SYNC_MODE, _TINTS) == _TINTS:
         radiance = radiance * mesh.glow
         if mesh.has_glow_texture:
@@ -239,7 +260,6 @@ def _read_shape(
         image=image,
         is_srgb=is_srgb,
         triangles=mesh.triangles if mesh else None,
-        is_double_sided=mesh is not None and attributes.truth("doubleSided", False),
         glows=mesh is not None and bool(mesh.glow.any()),
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,

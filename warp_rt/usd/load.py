@@ -143,7 +143,7 @@ def load_stage(
             meshes, instances, gprims.prims, materials.materials, materials.textures, materials.images
         )
         lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report)
-        instances, surfaces = shining.blackened()
+        instances, surfaces = shining.surfaces()
         if collections is not None:
             domes = collections.domes(domes)
         cameras = _read_cameras(group, code, report)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes that shine: their triangles, and how their material's glow tints the light.
+"""Geometry that shines: its triangles, and how its material's glow tints the light.
 
-Reference: UsdLux MeshLightAPI, and LightAPI's ``light:materialSyncMode``.
+Reference: UsdLux MeshLightAPI, GeometryLight, and LightAPI's ``light:materialSyncMode``.
 """
 
 from __future__ import annotations
@@ -13,19 +13,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pxr import Usd
 
+from warp_rt.report import Report
 from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, Shapes, Texture
 from warp_rt.srgb import linear_from_srgb
-
-# All that a WhittedSurface answers with.
-_TERMS = ("ambient", "diffuse", "specular", "reflection", "transmission")
+from warp_rt.usd import implicit
+from warp_rt.usd.solid_triangles import MOST, SOLIDS, enclosing_triangles, placed_triangles
 
 
 @dataclass(frozen=True)
 class ShiningMesh:
-    """What a mesh gives the light that is applied to it."""
+    """What geometry gives the light that is applied to it, or that names it."""
 
     triangles: np.ndarray
-    """float32, shape [n, 3, 3], local space, wound as seen from outside."""
+    """float32, shape [n, 3, 3], the light's space, wound as seen from outside."""
+    density: float
+    """Area of the geometry by that of the triangles: below 1 where these stand out of a curved shape."""
+    is_solid: bool
+    """Whether it is a curved shape, which has no side but its outside."""
     glow: np.ndarray
     """Emission of its materials, the mean over its area: float64, shape [3]."""
     has_glow_texture: bool
@@ -33,7 +37,7 @@ class ShiningMesh:
 
 
 class MeshLightReader:
-    """Finds the meshes of mesh lights among those that are drawn.
+    """Finds the geometry of mesh lights among what is drawn.
 
     Args:
         meshes: All of the scene.
@@ -59,46 +63,87 @@ class MeshLightReader:
         self._materials = materials
         self._textures = textures
         self._images = images
-        self._black: list[np.ndarray] = []
+        self._own: list[tuple[np.ndarray, tuple[float, float, float]]] = []
 
-    def _rows(self, prim: Usd.Prim) -> np.ndarray:
-        """Return the instances that draw a prim."""
+    def rows(self, prim: Usd.Prim) -> np.ndarray:
+        """Return the instances that draw a prim; none where it is not drawn."""
         path = str(prim.GetPath())
         return np.flatnonzero(np.isin(self._instances.prim, [k for k, name in enumerate(self._prims) if name == path]))
 
-    def blacken(self, prim: Usd.Prim) -> None:
-        """Have a mesh that shines answer to no light: ``light:materialSyncMode`` is noMaterialResponse."""
-        self._black.append(self._rows(prim))
+    def show_as_light(self, prim: Usd.Prim, radiance: Sequence[float]) -> None:
+        """Have geometry that shines answer to no light: ``light:materialSyncMode`` is noMaterialResponse.
 
-    def blackened(self) -> tuple[Instances, tuple[Material, ...]]:
-        """Return the scene's instances and materials, those that are to be black with a black one."""
-        if not self._black:
+        Args:
+            prim: The geometry.
+            radiance: What is seen of it.
+        """
+        red, green, blue = (max(float(value), 0.0) for value in radiance)
+        self._own.append((self.rows(prim), (red, green, blue)))
+
+    def surfaces(self) -> tuple[Instances, tuple[Material, ...]]:
+        """Return the scene's instances and materials, with those of what is to be seen as its light."""
+        offset, table = self._instances.material_offset.copy(), [self._instances.material_table]
+        materials: list[Material] = []
+        start = len(table[0])
+        for rows, radiance in self._own:
+            slots = 1 + max(int(self._slots(row).max(initial=0)) for row in rows)
+            offset[rows] = start
+            table.append(np.full(slots, len(self._materials) + len(materials), table[0].dtype))
+            materials.append(_lamp(radiance))
+            start += slots
+        if not materials:
             return self._instances, tuple(self._materials)
-        rows = np.concatenate(self._black)
-        slots = 1 + max(int(self._slots(row).max(initial=0)) for row in rows)
-        table, offset = self._instances.material_table, self._instances.material_offset.copy()
-        offset[rows] = len(table)
-        table = np.concatenate([table, np.full(slots, len(self._materials), table.dtype)])
-        materials = (*self._materials, Material("", MaterialModel.WHITTED, dict.fromkeys(_TERMS, Input())))
-        return replace(self._instances, material_offset=offset, material_table=table), materials
+        instances = replace(self._instances, material_offset=offset, material_table=np.concatenate(table))
+        return instances, (*self._materials, *materials)
 
     def _slots(self, row: int) -> np.ndarray:
         """Return the material slot of each triangle of an instance's mesh: nothing where all have the first."""
-        slots = self._meshes[self._instances.mesh[row]].material_slots
+        mesh = self._meshes[self._instances.mesh[row]]
+        slots = mesh.material_slots if isinstance(mesh, Mesh) else None
         return np.zeros(0, int) if slots is None else slots
 
-    def read(self, prim: Usd.Prim) -> ShiningMesh | None:
-        """Return what shines of a mesh; None where it is not drawn."""
-        rows = self._rows(prim)
+    def read(self, prim: Usd.Prim, time: Usd.TimeCode) -> ShiningMesh | None:
+        """Return what shines of geometry that is a light itself; None where it is not drawn, or cannot shine."""
+        rows = self.rows(prim)
         if not len(rows):
             return None
-        mesh = self._meshes[self._instances.mesh[rows[0]]]
-        if not isinstance(mesh, Mesh):
+        local_from_mesh = np.eye(4)
+        if prim.GetTypeName() in implicit.TYPES:
+            shape = implicit.read_shape(prim, time, Report())  # what is wrong with it has been told
+            if shape is None:
+                return None
+            local_from_mesh = shape.local_from_unit
+        return self._shining(int(rows[0]), local_from_mesh)
+
+    def read_target(self, prim: Usd.Prim, world_from_light: np.ndarray) -> ShiningMesh | None:
+        """Return what shines of geometry that a GeometryLight names, everywhere it is drawn; None if it cannot shine.
+
+        Args:
+            prim: The geometry.
+            world_from_light: The light's, float64, shape [4, 4], invertible.
+        """
+        light_from_world = np.linalg.inv(world_from_light)
+        world_from_local = self._instances.world_from_local
+        parts = [self._shining(int(row), light_from_world @ world_from_local[row]) for row in self.rows(prim)]
+        found = [part for part in parts if part is not None]
+        if not found:
             return None
-        triangles = mesh.points[mesh.triangles]
+        return replace(found[0], triangles=np.concatenate([part.triangles for part in found]))
+
+    def _shining(self, row: int, light_from_mesh: np.ndarray) -> ShiningMesh | None:
+        """Return what shines of an instance; None of curves, and of more than ``MOST`` points."""
+        mesh = self._meshes[self._instances.mesh[row]]
+        if isinstance(mesh, Shapes):
+            if mesh.kind not in SOLIDS or len(mesh.points) > MOST:
+                return None
+            triangles, density = enclosing_triangles(mesh, light_from_mesh)
+            slots = np.zeros(len(triangles), int)
+        else:
+            triangles = placed_triangles(mesh.points[mesh.triangles].astype(float), light_from_mesh)
+            triangles, density = triangles.astype(np.float32), 1.0
+            slots = np.zeros(len(triangles), int) if mesh.material_slots is None else mesh.material_slots
         area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
-        slots = np.zeros(len(triangles), int) if mesh.material_slots is None else mesh.material_slots
-        table = self._instances.material_table[self._instances.material_offset[rows[0]] :]
+        table = self._instances.material_table[self._instances.material_offset[row] :]
         share = np.bincount(slots, weights=area.astype(float))
         materials = [self._materials[table[slot]] for slot in range(len(share))]
         glow = np.array([self._emission(material) for material in materials])
@@ -107,7 +152,8 @@ class MeshLightReader:
             for material in materials
             if "emissiveColor" in material.inputs
         )
-        return ShiningMesh(triangles, share @ glow / max(share.sum(), 1e-300), has_texture)
+        mean = share @ glow / max(share.sum(), 1e-300)
+        return ShiningMesh(triangles, density, isinstance(mesh, Shapes), mean, has_texture)
 
     def _emission(self, material: Material) -> np.ndarray:
         source = material.inputs.get("emissiveColor")
@@ -128,3 +174,10 @@ class MeshLightReader:
 def _mean_color(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
     color = pixels.reshape(-1, 4)[:, :3].astype(float) / (255.0 if pixels.dtype == np.uint8 else 1.0)
     return np.asarray((linear_from_srgb(color) if is_srgb else color).mean(axis=0))
+
+
+def _lamp(radiance: tuple[float, float, float]) -> Material:
+    """Return the material that emits a radiance and answers to no light."""
+    black = Input((0.0, 0.0, 0.0, 1.0))
+    inputs = {"diffuseColor": black, "specularColor": black, "emissiveColor": Input((*radiance, 1.0))}
+    return Material("", MaterialModel.PREVIEW, inputs, use_specular_workflow=True)
