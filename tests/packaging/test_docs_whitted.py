@@ -12,7 +12,7 @@ import pytest
 
 import warp_rt
 from warp_rt.cli.series import parser
-from warp_rt.kernels import constants, material
+from warp_rt.kernels import codes, constants
 from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, MAX_DEPTH, MAX_LIGHT_SAMPLES, SHADOWS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -101,7 +101,7 @@ def test_shadow_modes_of_the_example(example: Path):
 
 
 def test_inputs_are_those_of_the_material():
-    assert tuple(row[0].strip("`") for row in rows("| input |")) == material.WHITTED_INPUTS
+    assert tuple(row[0].strip("`") for row in rows("| input |")) == codes.WHITTED_INPUTS
 
 
 def test_defaults_are_those_of_the_material(example: Path, tmp_path: Path):
