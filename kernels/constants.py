@@ -45,8 +45,11 @@ DIRECTION_ROW = wp.constant(15)
 GROUP_FLOATS = wp.constant(588)
 """float32 words of a group: its rows of 32, then 12 bounds."""
 
-SURFACE_FLOATS = wp.constant(416)
-"""float32 words of the surface points that a group has met: 13 rows of 32, which group_surfaces.py has."""
+SURFACE_FLOATS = wp.constant(544)
+"""float32 words of the surface points that a group has met: 17 rows of 32, which group_surfaces.py has."""
+
+LIT_FLOATS = wp.constant(832)
+"""float32 words of how light reaches them: 26 rows of 32, which lit_surfaces.py has."""
 
 GROUP_BOUNDS = wp.constant(576)
 """Word of a group at which its bounds begin."""

@@ -16,7 +16,7 @@ from .line_hit import surface_on_line
 from .native import spell_out
 from .ray_group import group_vector
 from .structs import RayTask, SceneData
-from .surface import NORMALS_SLOT, Surface, begin_surface
+from .surface import NORMALS_SLOT, Surface
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -28,6 +28,11 @@ CLEARANCE_ROW = wp.constant(9)
 U_ROW = wp.constant(10)
 V_ROW = wp.constant(11)
 T_ROW = wp.constant(12)
+INSTANCE_ROW = wp.constant(13)
+"""From here on the bits of int32; of rays that have met no triangle the instance is -1."""
+TRIANGLE_ROW = wp.constant(14)
+MESH_ROW = wp.constant(15)
+MATERIAL_ROW = wp.constant(16)
 
 NUMBERS = r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
@@ -73,6 +78,7 @@ _SURFACES = (
     };
     const float* lines = (const float*)group.rays.data;
     float* rows = (float*)surfaces.data;
+    int* words_ = (int*)surfaces.data;
     for (int block = 0; block < count; block += LANES) {
         float read[22][LANES] = {};
         decltype(scene.instances.data) instances[LANES], first = nullptr;
@@ -80,6 +86,7 @@ _SURFACES = (
         for (int lane = 0; lane < LANES; ++lane) {
             const int index = block + lane, word = index < count ? group.words.data[index] : -1;
             instances[lane] = first;
+            words_[INSTANCE_ROW * GROUP + index] = -1;
             if (word < 0)
                 continue;
             const auto& record = accel.instances.data[group.records.data[index]];
@@ -106,6 +113,11 @@ _SURFACES = (
                             = scene.primvar_values.data[normals.value_offset + row * normals.component_count + axis];
                 }
             }
+            const int slot = mesh.slot_offset < 0 ? 0 : scene.material_slots.data[mesh.slot_offset + triangle];
+            words_[INSTANCE_ROW * GROUP + index] = record.instance;
+            words_[TRIANGLE_ROW * GROUP + index] = triangle;
+            words_[MESH_ROW * GROUP + index] = instance.mesh;
+            words_[MATERIAL_ROW * GROUP + index] = scene.material_table.data[instance.material_offset + slot];
             first = first ? first : &instance;
             is_alone &= first == &instance;
             instances[lane] = &instance;
@@ -231,6 +243,10 @@ _SURFACES = spell_out(
     U_ROW=U_ROW,
     V_ROW=V_ROW,
     T_ROW=T_ROW,
+    INSTANCE_ROW=INSTANCE_ROW,
+    TRIANGLE_ROW=TRIANGLE_ROW,
+    MESH_ROW=MESH_ROW,
+    MATERIAL_ROW=MATERIAL_ROW,
 )
 
 
@@ -261,33 +277,75 @@ def find_surfaces(
 
 
 @wp.func
+def row_int(rows: wp.array[float], row: int, slot: int) -> int:
+    """Return a whole number that stands in a row of numbers."""
+    return wp.cast(rows[row * GROUP + slot], wp.int32)
+
+
+@wp.func
+def row_vector(rows: wp.array[float], row: int, slot: int) -> wp.vec3:
+    """Return a vector that stands in three rows of numbers."""
+    return group_vector(rows, row * GROUP + slot, GROUP)
+
+
+@wp.func
+def set_row(rows: wp.array[float], row: int, slot: int, v: wp.vec3):
+    """Write a vector to three rows of numbers."""
+    for axis in range(3):
+        rows[(row + axis) * GROUP + slot] = v[axis]
+
+
+@wp.func
 def surface_in_group(
     scene: wp.ref[SceneData],
-    found: wp.ref[Hit],
+    accel: wp.ref[AccelData],
+    group: wp.ref[RayGroup],
     task: wp.ref[RayTask],
     surfaces: wp.array[float],
-    index: int,
+    slot: int,
+    hit: wp.ref[Hit],
     s: wp.ref[Surface],
 ) -> float:
-    """Write and return what ``surface_on_line`` does for a ray of a group, after ``find_surfaces``.
+    """Write the hit of a ray of a group, as ``traverse`` finds it, and what ``surface_on_line`` does; return its t.
 
     Args:
         scene: Shading data.
-        found: Its hit.
+        accel: Hierarchies.
+        group: The rays.
         task: The ray.
-        surfaces: As written.
-        index: Of the ray in its group.
-        s: Output.
+        surfaces: As ``find_surfaces`` has written them; points on shapes are added.
+        slot: Place of the ray in its group.
+        hit: Output.
+        s: Output, unless nothing is met.
     """
-    placed = scene.instances[found.instance]
-    mesh = scene.meshes[placed.mesh]
-    if mesh.kind != TRIANGLES:
-        return surface_on_line(scene, found, task.origin, task.offset, task.direction, s)
-    begin_surface(scene, placed, mesh, found, s)
-    s.u = surfaces[U_ROW * GROUP + index]
-    s.v = surfaces[V_ROW * GROUP + index]
-    s.position = group_vector(surfaces, POSITION_ROW * GROUP + index, GROUP)
-    s.n_geometric = group_vector(surfaces, GEOMETRIC_ROW * GROUP + index, GROUP)
-    s.n_shading = group_vector(surfaces, SHADING_ROW * GROUP + index, GROUP)
-    s.clearance = surfaces[CLEARANCE_ROW * GROUP + index]
-    return surfaces[T_ROW * GROUP + index]
+    hit.t = task.reach
+    hit.instance = row_int(surfaces, INSTANCE_ROW, slot)
+    hit.triangle = -1
+    word = group.words[slot]
+    if word < 0:
+        return hit.t
+    hit.t = group.ends[slot]
+    hit.u = group.u[slot]
+    hit.v = group.v[slot]
+    if hit.instance < 0:
+        hit.instance = accel.instances[group.records[slot]].instance
+        hit.triangle = wp.cast(accel.shapes[word], wp.int32)
+        distance = surface_on_line(scene, hit, task.origin, task.offset, task.direction, s)
+        surfaces[INSTANCE_ROW * GROUP + slot] = wp.cast(hit.instance, float)
+        surfaces[TRIANGLE_ROW * GROUP + slot] = wp.cast(hit.triangle, float)
+        set_row(surfaces, POSITION_ROW, slot, s.position)
+        set_row(surfaces, GEOMETRIC_ROW, slot, s.n_geometric)
+        surfaces[CLEARANCE_ROW * GROUP + slot] = s.clearance
+        return distance
+    hit.triangle = row_int(surfaces, TRIANGLE_ROW, slot)
+    s.instance = hit.instance
+    s.triangle = hit.triangle
+    s.mesh = row_int(surfaces, MESH_ROW, slot)
+    s.material = row_int(surfaces, MATERIAL_ROW, slot)
+    s.u = surfaces[U_ROW * GROUP + slot]
+    s.v = surfaces[V_ROW * GROUP + slot]
+    s.position = row_vector(surfaces, POSITION_ROW, slot)
+    s.n_geometric = row_vector(surfaces, GEOMETRIC_ROW, slot)
+    s.n_shading = row_vector(surfaces, SHADING_ROW, slot)
+    s.clearance = surfaces[CLEARANCE_ROW * GROUP + slot]
+    return surfaces[T_ROW * GROUP + slot]

@@ -40,6 +40,8 @@ Shadows = TypeVar("Shadows", AtOnce, ShadowQueue)
 def open_queue(queue: wp.ref[ShadowQueue]):
     """Begin with no sum; none waits."""
     queue.count = 0
+    queue.lit.slot = -1
+    queue.lit.set = wp.uint32(0)
     queue.is_cast = 0
     queue.sum = 0
     queue.open_sum = 0

@@ -416,6 +416,13 @@ def surface_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: i
 
 
 @wp.func
+def is_at_rim(scene: wp.ref[SceneData], surface: wp.ref[Surface]) -> bool:
+    """Return whether a surface point lies at the rim of its triangle."""
+    is_rim = wp.min(wp.min(surface.u, surface.v), 1.0 - surface.u - surface.v) < RIM
+    return is_rim and scene.meshes[surface.mesh].kind == TRIANGLES
+
+
+@wp.func
 def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: wp.vec3) -> wp.vec3:
     """Return where a ray that leaves the surface along ``direction`` starts, so that it does not meet it again.
 
@@ -429,8 +436,7 @@ def spawn_origin(scene: wp.ref[SceneData], surface: wp.ref[Surface], direction: 
     of both errors together, in the mesh's space, so that instance transforms and triangles of any size are covered.
     """
     offset = surface.clearance
-    is_rim = wp.min(wp.min(surface.u, surface.v), 1.0 - surface.u - surface.v) < RIM
-    if is_rim and scene.meshes[surface.mesh].kind == TRIANGLES:
+    if is_at_rim(scene, surface):
         placed = scene.instances[surface.instance]
         p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
         local = transform_vector(placed.local_from_world, direction)

@@ -24,6 +24,20 @@ class EyePath:
 
 
 @wp.struct
+class LitSurfaces:
+    """Surfaces of a group's hits that wait for their light."""
+
+    slot: wp.int32
+    """Place in the group of the hit at work; -1: it is in none."""
+    set: wp.uint32
+    """Those that wait: a bit a place."""
+    rows: wp.array[wp.float32]
+    """Numbers of them, shape [LIT_FLOATS]."""
+    depths: wp.array[wp.int32]
+    """Of their nodes, shape [GROUP]."""
+
+
+@wp.struct
 class ShadowQueue:
     """Shadow rays that wait, and scratch memory for their way."""
 
@@ -50,6 +64,8 @@ class ShadowQueue:
     """As for ``list_shadow_rays``; so are the next two."""
     order: wp.array[wp.int32]
     ends: wp.array[wp.int32]
+    lit: LitSurfaces
+    """Surfaces that wait for their light."""
     group: RayGroup
     stack: Stack
     """That of a ray which is traced alone."""

@@ -15,7 +15,7 @@ from .bvh_group import trace_group
 from .bvh_structs import AccelData, Hit
 from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
-from .constants import GROUP, TILE_PIXELS, TRIANGLES
+from .constants import GROUP, TILE_PIXELS
 from .features import Features
 from .group_structs import RayGroup
 from .group_surfaces import find_surfaces, surface_in_group
@@ -26,6 +26,7 @@ from .per_type import per_type
 from .ray_counts import PRIMARY, count
 from .ray_tree import eye_task, visit_node
 from .sampling import pixel_key
+from .shading import light_waiting
 from .shadow_queue import close_sum, open_queue, settle
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface
@@ -40,27 +41,6 @@ CELL_HEIGHT = wp.constant(4)
 
 CHILDREN = wp.constant(3)
 """At most, of a node: its pass-through, its refraction and its reflection."""
-
-
-@wp.func
-def group_hit(accel: wp.ref[AccelData], group: wp.ref[RayGroup], index: int, reach: float) -> Hit:
-    """Return the closest hit of a ray of a group, as ``traverse`` does."""
-    hit = Hit()
-    hit.t = reach
-    hit.triangle = -1
-    hit.instance = -1
-    word = group.words[index]
-    if word >= 0:
-        hit.t = group.ends[index]
-        hit.u = group.u[index]
-        hit.v = group.v[index]
-        record = group.records[index]
-        hit.instance = accel.instances[record].instance
-        if int(accel.instances[record].kind) == TRIANGLES:
-            hit.triangle = wp.cast(accel.leaves[word], wp.int32)
-        else:
-            hit.triangle = wp.cast(accel.shapes[word], wp.int32)
-    return hit
 
 
 @per_type
@@ -151,40 +131,47 @@ def grow_level(
     """Trace and shade the rays ``begin`` to ``end`` of a level; return where the next level, which follows, ends."""
     nobody = Unobserved()
     surface = Surface()
+    hit = Hit()
+    tasks = trees.tasks  # as a local, its address need not be read anew after each write
+    nodes = trees.nodes
+    order = trees.order
+    values = trees.shadows.values
+    pixels = trees.pixels
     top = int(end)
-    list_tasks(trees.tasks, begin, end - begin, trees.keys, trees.order, trees.ends)
+    list_tasks(tasks, begin, end - begin, trees.keys, order, trees.ends)
     start = int(0)
     for octant in range(wp.int32(9)):
         while start < trees.ends[octant]:
             size = wp.min(GROUP, trees.ends[octant] - start)
             if octant < 8:
-                trace_tasks(accel, trees.group, trees.tasks, trees.order, start, size)
-                find_surfaces(scene, accel, trees.group, trees.tasks, trees.order, start, size, trees.surfaces)
+                trace_tasks(accel, trees.group, tasks, order, start, size)
+            else:
+                for index in range(size):
+                    trees.group.words[index] = -1
+            find_surfaces(scene, accel, trees.group, tasks, order, start, size, trees.surfaces)
             for index in range(size):
-                node = trees.order[start + index]
-                trees.nodes[node].children = -1
-                if top + CHILDREN <= trees.tasks.shape[0] and stop[0] == 0:
-                    if octant == 8:
-                        trees.group.words[index] = -1
-                    hit = group_hit(accel, trees.group, index, trees.tasks[node].reach)
-                    distance = float(0.0)
-                    if hit.triangle >= 0:
-                        distance = surface_in_group(scene, hit, trees.tasks[node], trees.surfaces, index, surface)
-                    root = trees.nodes[node].pixel
+                node = order[start + index]
+                nodes[node].children = -1
+                if top + CHILDREN <= tasks.shape[0] and stop[0] == 0:
+                    distance = surface_in_group(
+                        scene, accel, trees.group, tasks[node], trees.surfaces, index, hit, surface
+                    )
+                    root = nodes[node].pixel
                     trees.shadows.node = node
-                    trees.shadows.values[node] = wp.vec3(0.0, 0.0, 0.0)
+                    trees.shadows.lit.slot = index
+                    values[node] = wp.vec3(0.0, 0.0, 0.0)
                     value, after = visit_node(
                         scene,
                         accel,
                         frame,
-                        trees.tasks[node],
+                        tasks[node],
                         hit,
                         surface,
                         distance,
-                        trees.tasks,
+                        tasks,
                         top,
                         sample,
-                        trees.pixels[root].eye,
+                        pixels[root].eye,
                         first,
                         trees.shadows.stack,
                         trees.shadows,
@@ -192,14 +179,17 @@ def grow_level(
                         features,
                         nobody,
                     )
-                    trees.shadows.values[node] = trees.shadows.values[node] + value
+                    values[node] = values[node] + value
                     if first.instance >= 0:
-                        note_first_hit(scene, film, trees.pixels[root], first, sample)
+                        note_first_hit(scene, film, pixels[root], first, sample)
                     for child in range(top, after):
-                        trees.nodes[child].pixel = root
-                    trees.nodes[node].children = top
-                    trees.nodes[node].end = after
+                        nodes[child].pixel = root
+                    nodes[node].children = top
+                    nodes[node].end = after
                     top = after
+            light_waiting(
+                scene, accel, frame, trees.group, order, start, trees.surfaces, trees.shadows, counts, features
+            )
             start += size
     return top
 
@@ -225,6 +215,7 @@ def walk_branch(
     root = trees.nodes[node].pixel
     walked = trees.tasks.shape[0]  # its place among the values of nodes
     trees.shadows.node = walked
+    trees.shadows.lit.slot = -1
     trees.walk[0] = trees.tasks[node]
     top = int(1)
     while top > 0 and stop[0] == 0:

@@ -7,9 +7,9 @@ from __future__ import annotations
 import warp as wp
 
 from warp_rt.accel import Accel
-from warp_rt.kernels.constants import SHADOW_RAYS, SURFACE_FLOATS, TILE_NODES, TILE_PIXELS
+from warp_rt.kernels.constants import GROUP, LIT_FLOATS, SHADOW_RAYS, SURFACE_FLOATS, TILE_NODES, TILE_PIXELS
 from warp_rt.kernels.structs import RayTask, ShadowRay
-from warp_rt.kernels.tile_structs import ShadowQueue, TilePixel, TileTrees, TreeNode
+from warp_rt.kernels.tile_structs import LitSurfaces, ShadowQueue, TilePixel, TileTrees, TreeNode
 from warp_rt.ray_group import empty, make_ray_group
 from warp_rt.task_stack import task_capacity
 
@@ -23,7 +23,7 @@ def make_tile_trees(
         accel: The hierarchy.
         depth: Levels of the ray trees.
         nodes: How many of trees that grow together there is room for: more than TILE_PIXELS.
-        shadow_rays: How many wait at most.
+        shadow_rays: How many wait at most: GROUP or more.
     """
     trees = TileTrees()
     trees.size = int(TILE_PIXELS)
@@ -44,6 +44,8 @@ def _make_queue(accel: Accel, nodes: int, rays: int) -> ShadowQueue:
     queue.values = empty(nodes, wp.vec3)
     queue.is_blocked, queue.keys, queue.order = (empty(rays, int) for _ in range(3))
     queue.ends = empty(9, int)
+    queue.lit = LitSurfaces()
+    queue.lit.rows, queue.lit.depths = empty(LIT_FLOATS, float), empty(GROUP, int)
     queue.group = make_ray_group(accel)
     queue.stack = queue.group.single_stack
     return queue

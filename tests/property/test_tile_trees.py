@@ -87,7 +87,7 @@ def test_every_option(stage: str, options: dict[str, object]) -> None:
 @pytest.mark.parametrize("stage", ["busy", "glass", "preview_surface", "textures", "mirror_corridor"])
 def test_what_finds_no_room(stage: str, spp: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Room for few nodes beyond those of the eye rays, and for so few shadow rays that sums are torn apart."""
-    small = functools.partial(make_tile_trees, nodes=600, shadow_rays=7)
+    small = functools.partial(make_tile_trees, nodes=600, shadow_rays=33)
     monkeypatch.setattr(worker_scratch, "make_tile_trees", small)
     scene, camera = (busy_scene(), BUSY_CAMERA) if stage == "busy" else (scene_of(stage), None)
     assert_same(*both(scene, camera, spp=spp, threshold=0.0, light_samples=2))

@@ -60,10 +60,13 @@ def compare(
         groups[0].records[index] = records[k]
     find_surfaces(scene[0], accel[0], groups[0], tasks, order, i * GROUP, count[i], surfaces)
     surface = Surface()
+    hit = Hit()
     for index in range(count[i]):
         k = order[i * GROUP + index]
         if words[k] >= 0:
-            distances_out[0, k] = surface_in_group(scene[0], hits[k], tasks[k], surfaces, index, surface)
+            distances_out[0, k] = surface_in_group(
+                scene[0], accel[0], groups[0], tasks[k], surfaces, index, hit, surface
+            )
             found_out[0, k] = surface
             distances_out[1, k] = surface_on_line(
                 scene[0], hits[k], tasks[k].origin, tasks[k].offset, tasks[k].direction, surface
@@ -108,6 +111,7 @@ def test_sixteen_at_a_time_or_one_by_one() -> None:
     records["kind"] = np.where(kinds == 3, int(SPHERE), int(TRIANGLES))
     table.instances = wp.array(records, dtype=InstanceRecord, device="cpu")
     table.leaves = wp.array(np.arange(COUNT, dtype=np.int32).view(np.float32), dtype=float, device="cpu")
+    table.shapes = table.leaves
     tasks, hits = np.zeros(RAYS, RayTask.numpy_dtype()), np.zeros(RAYS, Hit.numpy_dtype())
     origin, offset, direction = rng.normal(size=(3, RAYS, 3))
     tasks["origin"], tasks["direction"] = origin, direction / np.linalg.norm(direction, axis=1, keepdims=True)
