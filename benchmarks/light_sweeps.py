@@ -38,7 +38,9 @@ _KINDS = {
     "Mesh": LightKind.MESH,
 }
 Cut = tuple[np.ndarray, np.ndarray]
+_FINE, _COARSE = 96, 48  # patches each way that lights with and without a file are cut into, at least
 _PIECES = 8
+_DEEPEST = 4
 AREA_LIGHTS = ("RectLight", "DiskLight", "SphereLight", "CylinderLight")
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -221,10 +223,9 @@ def _shaping_sweeps(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str,
         yield f"focus {value:g}, far", [replace(sharp, matrix=moved(0, y, 0) @ down) for y in (5.0, 14.0, 20.0)]
     soft = _with(base, **{cone: 40.0, softness: 1.0})
     yield "softness, far", [replace(soft, matrix=moved(0, 20, 0) @ down)]
-    if kind != "CylinderLight":  # one that large is known to be off: docs/whitted.md
-        wall = {"width": 8.0, "height": 8.0, "radius": 4.0}
-        through = replace(_with(base, **{name: wall[name] for name in _SIZES[kind]}), matrix=moved(0, 4, 3))
-        yield "softness, a wall", [_with(through, **{cone: c, softness: s}) for c, s in ((60.0, 0.5), (90.0, 1.0))]
+    wall = {"width": 8.0, "height": 8.0, "radius": 4.0, "length": 8.0}
+    through = replace(_with(base, **{name: wall[name] for name in _SIZES[kind]}), matrix=moved(0, 4, 3))
+    yield "softness, a wall", [_with(through, **{cone: c, softness: s}) for c, s in ((60.0, 0.5), (90.0, 1.0))]
     yield "softness", _each(_with(base, **{cone: 45.0}), softness, [0.0, 0.25, 0.5, 0.75, 1.0])
     sheared = _with(base, **small, **{cone: 170.0, focus: 2.0, tint: (0, 0, 1)})
     places = [turned(1, angle) @ SHEAR for angle in (0, 45, 90, 135, 180)]
@@ -347,13 +348,12 @@ def float64_lights() -> ModuleType:
     return _EXACT
 
 
-def expected(frame: LightFrame, points: np.ndarray, count: int = 96) -> np.ndarray:
+def expected(frame: LightFrame, points: np.ndarray) -> np.ndarray:
     """Return E / pi on the floor, nothing in between: shape [n, 3].
 
     Args:
         frame: The light.
         points: Of the floor, shape [n, 3].
-        count: The light is cut into ``count`` patches each way.
     """
     scale = radiance_of(frame) * frame.attributes.get("diffuse", 1.0) / math.pi
     if frame.attributes.get("normalize"):
@@ -367,6 +367,8 @@ def expected(frame: LightFrame, points: np.ndarray, count: int = 96) -> np.ndarr
         if light.angle > 0:
             facing = float64_lights().irradiance(light, np.zeros(3), UP, 1024)
         return np.broadcast_to(scale * facing, points.shape)
+    has_detail = any(isinstance(value, Path) for value in frame.attributes.values())
+    count = _FINE if has_detail else _COARSE
     coarse = float64_lights().patches(light, count)
     rims = rims_of(frame)
     cuts = (_refined(light, point, coarse, count, rims) for point in points)
@@ -385,6 +387,8 @@ def rims_of(frame: LightFrame) -> list[float]:
 def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Sequence[float]) -> Cut:
     """Return a light's patches, in pieces where they look large from a point or a rim goes through them.
 
+    Pieces that still look large are cut again: a light can come as near to a point as it likes.
+
     Args:
         light: The light.
         point: Whence.
@@ -392,21 +396,31 @@ def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Seq
         count: See ``coarse``.
         rims: Angles to the light's axis at which its radiance jumps.
     """
-    centers, areas = coarse
-    to_light = centers - point
-    distance = np.linalg.norm(to_light, axis=1)
-    width = 2 * np.sqrt(np.linalg.norm(areas, axis=1)) / distance  # they may be longer one way
     axis = light.world_from_light[:3, 2] / np.linalg.norm(light.world_from_light[:3, 2])
-    theta = np.arccos(np.clip(to_light @ axis / distance, -1, 1))
-    is_cut = np.any([np.abs(theta - rim) < width for rim in rims], axis=0)
-    rows = np.flatnonzero((width > 0.25) | is_cut)
-    if not len(rows):
-        return coarse
-    inner = (np.arange(_PIECES) + 0.5) / _PIECES
-    s = ((rows // count)[:, None, None] + inner[:, None]) / count + 0 * inner
-    t = ((rows % count)[:, None, None] + inner) / count + 0 * inner[:, None]
-    fine = float64_lights().patches_at(light, s.reshape(-1), t.reshape(-1), count * _PIECES)
-    return tuple(np.concatenate([np.delete(one, rows, axis=0), more]) for one, more in zip(coarse, fine, strict=True))
+    column, row = np.arange(count**2) // count, np.arange(count**2) % count
+    kept: list[Cut] = []
+    cut = coarse
+    for depth in range(_DEEPEST):
+        centers, areas = cut
+        to_light = centers - point
+        distance = np.sqrt(np.einsum("ij,ij->i", to_light, to_light))
+        size = np.sqrt(np.einsum("ij,ij->i", areas, areas))
+        width = 2 * np.sqrt(size) / distance  # they may be longer one way
+        # From behind, and from below the horizon, nothing arrives however fine they are.
+        is_seen = np.einsum("ij,ij->i", areas, to_light) < width * size * distance
+        is_split = (width > 0.1) & is_seen & (to_light @ UP > -width * distance)
+        if depth == 0:
+            theta = np.arccos(np.clip(to_light @ axis / distance, -1, 1))
+            is_split |= np.any([np.abs(theta - rim) < width for rim in rims], axis=0)
+        if not is_split.any():
+            break
+        kept.append((centers[~is_split], areas[~is_split]))
+        inner = np.arange(_PIECES)
+        column = (column[is_split][:, None, None] * _PIECES + inner[:, None] + 0 * inner).reshape(-1)
+        row = (row[is_split][:, None, None] * _PIECES + inner + 0 * inner[:, None]).reshape(-1)
+        count *= _PIECES
+        cut = float64_lights().patches_at(light, (column + 0.5) / count, (row + 0.5) / count, count)
+    return tuple(np.concatenate(parts) for parts in zip(*kept, cut, strict=True))
 
 
 def radiance_of(frame: LightFrame) -> np.ndarray:

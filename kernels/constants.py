@@ -339,6 +339,9 @@ IMAGE_SHARE = wp.constant(0.5)
 OUTLINE_EDGES = wp.constant(32)
 """Edges of the polygon that stands for a circle where what a light sends is summed along its outline; even."""
 
+OUTLINE_EDGES_FINE = wp.constant(64)
+"""The same for a light that is shaped, of which a rim may leave no more than a sliver; even."""
+
 WIDE_EDGE = wp.constant(0.1)
 """Squared sine of half the angle that an edge covers up to which a series of four terms holds, within 1e-6."""
 
@@ -363,6 +366,24 @@ SLIVER_CELLS = wp.constant(8.0)
 CONE_CELLS = wp.constant(4.0)
 """Cells that the half angle of a cone is wide at least, where its rim cuts through the light."""
 
+MERIDIAN_CELLS = wp.constant(512)
+"""Rows from a light's axis to where its shaping ends: the last one is a 256th of that wide, the others less."""
+
+FAR_END = wp.constant(4.0)
+"""Pieces by which an edge may miss the far end of a light's axis and have finer ones near it."""
+
+FAR_END_STEP = wp.constant(0.4)
+"""Length of such a piece by its distance from there."""
+
+CANCELLED = wp.constant(1.0e-4)
+"""Part that is left of a sum along an outline below which its digits are too few, and cells are summed instead."""
+
+MERIDIAN_STEPS = wp.constant(6.0)
+"""Pieces of an outline by half the angle that a light covers, at least: the rim of a cone is met within one of them."""
+
+WIDE_CHORD = wp.constant(0.25)
+"""Half the chord of an edge above which its pieces are of the same angle, and not of the same length."""
+
 POLE = wp.constant(1.0e-3)
 """Angle [rad] by which an IES profile may end before a pole and still reach it: files are rounded."""
 
@@ -379,9 +400,9 @@ FAR_PROFILE = wp.constant(0.15)
 """Half of the angle that a light with a profile covers, in cells of the profile, up to which it counts as if all of it
 were where its light comes from in the mean."""
 
-FAR_FOCUS = wp.constant(0.25)
-"""The same for a focus, by the angle in which it falls to 1 / e: the mean over a rectangle is off by a 12th of its
-square, half a percent."""
+FAR_FOCUS = wp.constant(0.1)
+"""The same for a focus, by the angle in which it falls to 1 / e: the mean over a rectangle is off by up to a sixth of
+its square, 0.2 %."""
 
 WIDE_PIECE = wp.constant(0.35)
 """Half angle [rad] beyond which a piece of a shaped mesh light's triangle is halved, whatever its radiance: what its
@@ -414,9 +435,6 @@ FINEST_PIECE = wp.constant(1.0 / 96.0)
 
 PIECES_MAX = wp.constant(1 << 22)
 """Number from which pieces are not halved: those are 2^-22 of their triangle, under the surface itself."""
-
-LARGE_DISK = wp.constant(2.0)
-"""Distance of a disk's centre, in diagonals of the square on its half axes, up to which its solid angle is cut."""
 
 SEAM = wp.constant(1.0e-5)
 """Distance beyond a UDIM tile, in tiles, and beyond the first in parts of its coordinate, at which a place still counts

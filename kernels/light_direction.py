@@ -42,3 +42,14 @@ def solve_axes(x: wp.vec3, y: wp.vec3, z: wp.vec3, v: wp.vec3) -> wp.vec3:
     """Return (a, b, c) of v = a x + b y + c z, for axes that span space: Cramer's rule."""
     yz = wp.cross(y, z)
     return wp.vec3(wp.dot(yz, v), wp.dot(wp.cross(z, x), v), wp.dot(wp.cross(x, y), v)) / wp.dot(x, yz)
+
+
+@wp.func
+def half_angle(size2: float, distance2: float) -> float:
+    """Return half the angle that a ball covers, 90 degrees from within.
+
+    Args:
+        size2: Its squared radius.
+        distance2: Squared distance of its centre.
+    """
+    return wp.asin(wp.sqrt(wp.min(size2 / wp.max(distance2, 1.0e-30), 1.0)))

@@ -8,6 +8,7 @@ A part is all of a light or some of its triangles; what counts of it is the ball
 import warp as wp
 
 from .constants import FAR_LIGHT, FAR_PROFILE, FOCUS_DARK, STEEPEST
+from .light_direction import half_angle
 from .structs import LightData, SceneData
 
 DARK = wp.constant(0)
@@ -19,9 +20,11 @@ CUT = wp.constant(2)
 
 
 @wp.func
-def half_angle(size2: float, distance2: float) -> float:
-    """Return half the angle that a ball covers, 90 degrees from within."""
-    return wp.asin(wp.sqrt(wp.min(size2 / wp.max(distance2, 1.0e-30), 1.0)))
+def rim_angle(light: wp.ref[LightData]) -> float:
+    """Return the angle to the axis [rad] up to which a light's cone leaves it as it is; pi where it has none."""
+    if light.cone_angle >= wp.pi:
+        return wp.pi
+    return light.cone_angle * (1.0 - light.cone_softness)
 
 
 @wp.func
@@ -42,7 +45,7 @@ def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int
     half = half_angle(size2, d2)
     cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(wp.max(d2, 1.0e-30))
     theta = wp.acos(wp.clamp(cosine, -1.0, 1.0))
-    rim = end * (1.0 - light.cone_softness)
+    rim = rim_angle(light)
     if theta - half >= end:
         return DARK
     # A soft rim that is much wider than the light looks straight to it.

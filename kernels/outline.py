@@ -4,18 +4,19 @@
 
 The irradiance of a surface depends on nothing but the outline of what it sees above its horizon: Lambert's sum over the
 edges of a polygon. Rects have four; circles, of disks, spheres and the ends of cylinders under any transform, have
-``OUTLINE_EDGES``, moved outwards so far that the polygon's area is the circle's.
+``OUTLINE_EDGES`` or ``OUTLINE_EDGES_FINE``, moved outwards so far that the polygon's area is the circle's.
 
 Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance Tensors, equation 11.
 """
 
 import warp as wp
 
-from .constants import OUTLINE_EDGES, WIDE_EDGE
+from .constants import OUTLINE_EDGES, OUTLINE_EDGES_FINE, WIDE_EDGE
 from .light import KIND_CYLINDER, KIND_RECT, KIND_SPHERE
 from .light_direction import solve_axes
+from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
 from .sample_cylinder import view_cylinder
-from .structs import LightData
+from .structs import LightData, SceneData
 from .vector import face_forward, perpendicular_frame
 
 
@@ -40,6 +41,8 @@ class SeenPart:
 
     flux: wp.vec3
     """Vector irradiance from it for radiance 1."""
+    shaped: ShapedFlux
+    """Of one that has meridians, the same with its shaping."""
     middle: wp.vec3
     """From the surface to the mean of its corners; zero where nothing is seen."""
 
@@ -53,6 +56,7 @@ def outline_of(light: wp.ref[LightData], to_center: wp.vec3) -> Outline:
         to_center: From the surface to the light's centre.
     """
     o = Outline()
+    edges = OUTLINE_EDGES_FINE if light.meridians >= 0 else OUTLINE_EDGES
     x = light.half_x
     y = light.half_y
     z = light.half_z
@@ -68,7 +72,7 @@ def outline_of(light: wp.ref[LightData], to_center: wp.vec3) -> Outline:
             o.center = x * back[0] + y * back[1] + z * back[2]
             o.x = (x * across[0] + y * across[1] + z * across[2]) * radius
             o.y = (x * down[0] + y * down[1] + z * down[2]) * radius
-            o.edges = OUTLINE_EDGES
+            o.edges = edges
         return o
     if light.kind == KIND_CYLINDER:
         view = view_cylinder(to_center, x, y, z)
@@ -77,12 +81,12 @@ def outline_of(light: wp.ref[LightData], to_center: wp.vec3) -> Outline:
             o.x = y * view.toward[0] + z * view.toward[1]
             o.y = z * view.toward[0] - y * view.toward[1]
             o.half_arc = wp.asin(wp.min(view.sine, 1.0))
-            o.edges = OUTLINE_EDGES
+            o.edges = edges
         return o
     if wp.dot(to_center, light.normal) > 0.0:
         o.x = x
         o.y = y
-        o.edges = 4 if light.kind == KIND_RECT else int(OUTLINE_EDGES)
+        o.edges = 4 if light.kind == KIND_RECT else edges
     return o
 
 
@@ -93,13 +97,13 @@ def outline_point(o: wp.ref[Outline], k: int) -> wp.vec3:
         side = 1.0 if k == 0 or k == 3 else -1.0
         return o.x * side + o.y * (1.0 if k < 2 else -1.0)
     if o.half_arc == 0.0:
-        step = 2.0 * wp.pi / float(OUTLINE_EDGES)
+        step = 2.0 * wp.pi / float(o.edges)
         turn = step * float(k)
         out = wp.sqrt(step / wp.sin(step))
         return o.center + o.x * (out * wp.cos(turn)) + o.y * (out * wp.sin(turn))
     # Along one end of the cylinder, and back along the other. The first and the last point of an end lie on the lines
     # that touch the cylinder; the others stand out: (n - 2) r^2 + 2 r = n a / sin a, a being the angle of an edge.
-    count = OUTLINE_EDGES / 2
+    count = o.edges / 2
     on_end = k if k < count else 2 * count - 1 - k
     edges = float(count - 1)
     step = 2.0 * o.half_arc / edges
@@ -152,10 +156,37 @@ def edge_flux(c: wp.vec3, a: wp.vec3, b: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def outlined_light(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> SeenPart:
+def bounding_square(light: wp.ref[LightData]) -> float:
+    """Return the squared radius of a ball about a light's centre that holds it: a rect, or a box about the others."""
+    x = light.half_x
+    xy = wp.dot(x, light.half_y)
+    xz = wp.dot(x, light.half_z)
+    lean = wp.sqrt(xy * xy + xz * xz)  # 0 but under a shear
+    return wp.length_sq(x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z) + 2.0 * lean
+
+
+@wp.func
+def add_seen_edge(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    view: wp.ref[MeridianView],
+    c: wp.vec3,
+    a: wp.vec3,
+    b: wp.vec3,
+    seen: wp.ref[SeenPart],
+):
+    """Add an edge to twice the flux of a light, and to what is shaped of it: see :func:`edge_flux`."""
+    seen.flux += edge_flux(c, a, b)
+    if light.meridians >= 0:
+        add_edge(scene, light, view, c, a, b, seen.shaped)
+
+
+@wp.func
+def outlined_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> SeenPart:
     """Return what a surface sees of a rect, disk, sphere or cylinder above its horizon, for radiance 1.
 
     Args:
+        scene: Meridians.
         light: The light.
         position: Of the surface.
         n: Its unit normal.
@@ -170,7 +201,7 @@ def outlined_light(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> S
     distance = wp.max(wp.length(to_center), 1.0e-30)
     c = to_center / distance
     height = wp.dot(n, to_center)
-    flux = wp.vec3(0.0, 0.0, 0.0)
+    view = meridian_view(scene, light, to_center, bounding_square(light))
     middle = wp.vec3(0.0, 0.0, 0.0)
     corners = float(0.0)
     left = int(0)  # 1: the outline is below the horizon since ``leaves``
@@ -188,20 +219,20 @@ def outlined_light(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> S
             middle += r
             corners += 1.0
         if h > 0.0 and h_next > 0.0:
-            flux += edge_flux(c, a, b)
+            add_seen_edge(scene, light, view, c, a, b, seen)
         elif h > 0.0 or h_next > 0.0:
             on_horizon = r + (r_next - r) * (h / (h - h_next))
             crossing = direction_offset(c, distance, on_horizon)
             middle += on_horizon
             corners += 1.0
             if h > 0.0:
-                flux += edge_flux(c, a, crossing)
+                add_seen_edge(scene, light, view, c, a, crossing, seen)
                 leaves = crossing
                 left = 1
             else:
-                flux += edge_flux(c, crossing, b)
+                add_seen_edge(scene, light, view, c, crossing, b, seen)
                 if left != 0:
-                    flux += edge_flux(c, leaves, crossing)
+                    add_seen_edge(scene, light, view, c, leaves, crossing, seen)
                     left = 0
                 else:
                     enters = crossing
@@ -210,11 +241,13 @@ def outlined_light(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> S
         h = h_next
         a = b
     if entered != 0:
-        flux += edge_flux(c, leaves, enters)
+        add_seen_edge(scene, light, view, c, leaves, enters, seen)
     if corners == 0.0:
         return seen
     # The sign of the sum is that of the outline's sense, which mirroring turns round.
-    seen.flux = face_forward(0.5 * flux, n)
+    seen.flux = face_forward(0.5 * seen.flux, n)
+    seen.shaped.focused = face_forward(seen.shaped.focused, n)
+    seen.shaped.open = face_forward(seen.shaped.open, n)
     seen.middle = to_center + middle / corners
     return seen
 

@@ -26,6 +26,7 @@ from .constants import (
     WIDE_PIECE,
 )
 from .emission import EmissionCell, mean_emission
+from .light_direction import half_angle
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import (
     CUT,
@@ -34,7 +35,6 @@ from .light_variation import (
     angle_to_axis,
     cone_view,
     focus_rate,
-    half_angle,
     is_profile_cut,
     is_profile_even,
     profile_cell,

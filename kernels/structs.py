@@ -162,6 +162,8 @@ class LightData:
     """Row of ``SceneData.shadows``; -1: black shadows of everything, at any distance."""
     profile: wp.int32
     """Row of ``SceneData.profiles``; -1: none."""
+    meridians: wp.int32
+    """Row of ``SceneData.meridians``; -1: none."""
     texture: wp.int32
     """Row of ``SceneData.light_textures``, whose mean is part of ``emission``; -1: none."""
     mesh: wp.int32
@@ -268,6 +270,27 @@ class ProfileData:
 
 
 @wp.struct
+class MeridianData:
+    """Sums of a light's focus, cone and profile from its axis to each angle, for ``kernels.meridian``.
+
+    Each number is F1 and F2 and their derivatives, at an angle that grows with the square of its row. They are those of
+    each plane of the profile, from the axis, then from its other end; then, where ``has_open``, the same without the
+    focus.
+    """
+
+    offset: wp.int32
+    """First of them in ``SceneData.meridian_sums``."""
+    planes: wp.int32
+    has_open: wp.int32
+    begin: wp.float32
+    """Angle to the axis [rad] of the first row, up to which the light sends nothing."""
+    end: wp.float32
+    """Of the last row, from which on it sends nothing. From the axis's other end the two change places."""
+    step: wp.float32
+    """Angle [rad] over which they are smooth."""
+
+
+@wp.struct
 class DomeData:
     """Light from infinity."""
 
@@ -341,6 +364,8 @@ class SceneData:
     light_triangles: wp.array[LightTriangle]
     light_clusters: wp.array[LightCluster]
     profile_numbers: wp.array[wp.float32]
+    meridians: wp.array[MeridianData]
+    meridian_sums: wp.array[wp.vec4]
     domes: wp.array[DomeData]
     dome_count: wp.int32
     irradiance: wp.array[wp.vec3]

@@ -6,11 +6,11 @@ import warp as wp
 
 from .codes import UNEVEN, VARIED
 from .constants import (
+    CANCELLED,
     CONE_CELLS,
     FAR_FOCUS,
     FAR_LIGHT,
     FOCUS_CELLS,
-    LARGE_DISK,
     LIGHT_CELLS,
     LIGHT_CELLS_FINE,
     LIGHT_CELLS_MAX,
@@ -18,7 +18,6 @@ from .constants import (
 )
 from .emission import EmissionCell, light_emission, mean_emission, rect_coordinates
 from .light import (
-    KIND_DISK,
     KIND_DISTANT,
     KIND_MESH,
     KIND_POINT,
@@ -26,7 +25,7 @@ from .light import (
     LightSample,
     sample_light,
 )
-from .light_direction import LightDirection
+from .light_direction import LightDirection, half_angle
 from .light_variation import (
     CUT,
     DARK,
@@ -34,23 +33,17 @@ from .light_variation import (
     angle_to_axis,
     cone_view,
     focus_rate,
-    half_angle,
     is_profile_even,
     profile_cell,
+    rim_angle,
 )
-from .outline import SeenPart, cone_flux, outlined_light
+from .outline import SeenPart, bounding_square, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
 from .sampling import concentric_disk
 from .structs import LightData, SceneData
 from .vector import max_magnitude
 from .whole_mesh import mesh_light
-
-
-@wp.func
-def bounding_square(light: wp.ref[LightData]) -> float:
-    """Return the squared radius of a ball about a light's centre that holds a rect, or a box about the others."""
-    return wp.length_sq(light.half_x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z)
 
 
 @wp.func
@@ -83,6 +76,8 @@ def has_closed_form(scene: wp.ref[SceneData], light: wp.ref[LightData], position
     if d2 < FAR_LIGHT * FAR_LIGHT * size2 or cone_view(light, center, size2) != EVEN:
         return False
     half = half_angle(size2, d2)
+    if light.meridians >= 0 and angle_to_axis(light, wp.normalize(center)) + half > rim_angle(light):
+        return False
     if light.focus > 0.0 and half * focus_rate(light, center, half) > FAR_FOCUS:
         return False
     return light.profile < 0 or is_profile_even(scene, light, center, half)
@@ -118,120 +113,17 @@ def cell_count(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp
     return even_count(count)
 
 
-@wp.struct
-class DiskView:
-    """What of a disk, or an ellipse, that looks large is above a surface's horizon: chords along the horizon."""
-
-    along: wp.vec3
-    """Unit, in the disk's plane, along the horizon."""
-    up: wp.vec3
-    """Unit, in the disk's plane, square to it."""
-    toward: wp.vec3
-    """Unit, square to that plane, from the surface to it."""
-    height: wp.float32
-    """Of the surface above the disk's plane; 0 for any other light."""
-    foot: wp.vec2
-    """Where it stands on that, along ``along`` and ``up`` from the centre."""
-    top: wp.float32
-    """How far the disk reaches along ``up``."""
-    lean: wp.float32
-    """By how much the chords' middles move along ``along`` a step along ``up``."""
-    reach: wp.float32
-    """Half the chord through the centre."""
-    begin: wp.float32
-    """Angle of the lowest chord that is seen, from the foot."""
-    angle: wp.float32
-    """Angle that the chords cover."""
-
-
 @wp.func
-def disk_view(light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> DiskView:
-    """Return what a surface sees of a disk that looks large; of any other light nothing.
-
-    Args:
-        light: Any light.
-        position: Of the surface.
-        n: Its unit normal.
-    """
-    view = DiskView()
-    x = light.half_x
-    y = light.half_y
-    center = light.position - position
-    size2 = wp.length_sq(x) + wp.length_sq(y)
-    if light.kind != KIND_DISK or wp.length_sq(center) > LARGE_DISK * LARGE_DISK * size2:
-        return view
-    along = wp.cross(n, light.normal)
-    if wp.length_sq(along) < 1.0e-6:
-        along = x
-    view.along = wp.normalize(along)
-    view.up = wp.cross(light.normal, view.along)
-    if wp.dot(view.up, n) < 0.0:
-        view.up = -view.up
-    # An ellipse of conjugate half axes x and y: points of variances and a covariance.
-    ax = wp.dot(x, view.along)
-    ay = wp.dot(y, view.along)
-    ux = wp.dot(x, view.up)
-    uy = wp.dot(y, view.up)
-    top2 = ux * ux + uy * uy
-    view.top = wp.sqrt(top2)
-    view.lean = (ax * ux + ay * uy) / top2
-    view.reach = wp.abs(ax * uy - ay * ux) / view.top
-    bottom = -view.top
-    rise = wp.dot(n, view.up)
-    if rise > 1.0e-3:
-        bottom = wp.clamp(-wp.dot(n, center) / rise, -view.top, view.top)
-    view.toward = light.normal
-    view.height = wp.max(wp.dot(center, light.normal), 0.0)
-    view.foot = -wp.vec2(wp.dot(center, view.along), wp.dot(center, view.up))
-    view.begin = wp.atan2(bottom - view.foot[1], view.height)
-    view.angle = wp.atan2(view.top - view.foot[1], view.height) - view.begin
-    return view
-
-
-@wp.func
-def sample_disk_view(view: wp.ref[DiskView], u: wp.vec2) -> LightDirection:
-    """Return a direction to a disk: all angles to its chords are as likely, and all angles along a chord.
-
-    Reference: Kulla and Fajardo (2012), Importance Sampling Techniques for Path Tracing in Participating Media, CGF
-    31(4), section 4.1, for a line.
-    """
-    s = LightDirection()
-    if view.angle <= 0.0:
-        return s
-    turn = view.begin + u[1] * view.angle
-    h = view.height / wp.cos(turn)
-    row = wp.clamp(view.foot[1] + view.height * wp.tan(turn), -view.top, view.top)
-    relative = row / view.top
-    half = view.reach * wp.sqrt(wp.max(1.0 - relative * relative, 0.0))
-    middle = view.lean * row - view.foot[0]
-    first = wp.atan2(middle - half, h)
-    angle = wp.atan2(middle + half, h) - first
-    if angle <= 0.0:
-        return s
-    place = h * wp.tan(first + u[0] * angle)
-    s.distance = wp.sqrt(h * h + place * place)
-    p = view.along * place + view.up * (row - view.foot[1]) + view.toward * view.height
-    s.wi = wp.normalize(p)
-    # The cosine at the disk cancels against the rates of either angle.
-    s.pdf = s.distance / (h * view.angle * angle)
-    return s
-
-
-@wp.func
-def sample_cell(light: wp.ref[LightData], position: wp.vec3, disk: wp.ref[DiskView], u: wp.vec2) -> LightDirection:
+def sample_cell(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
     """Return what ``sample_extent`` does, by squares of the unit square that are about as long as wide as seen.
 
-    A sphere's sampler takes polar coordinates, whose cells would be wedges. A large disk's takes areas, which look as
-    large as they are near, and many of which the horizon may hide.
+    A sphere's sampler takes polar coordinates, whose cells would be wedges.
 
     Args:
         light: One with an extent.
         position: Of the surface.
-        disk: The light's :func:`disk_view`.
         u: Point of the unit square.
     """
-    if disk.height > 0.0:
-        return sample_disk_view(disk, u)
     if light.kind == KIND_SPHERE:
         q = concentric_disk(u)
         turn = wp.atan2(q[1], q[0]) / (2.0 * wp.pi)
@@ -272,15 +164,14 @@ def mean_radiance(
     first = float(0.0)
     second = float(0.0)
     step = 1.0 / float(count)
-    disk = disk_view(light, position, n)
     for block in range(count * count / 4):
         row = 2 * (block / (count / 2))
         column = 2 * (block - (row / 2) * (count / 2))
         u = wp.vec2(float(column) + 0.5, float(row) + 0.5) * step
-        a = sample_cell(light, position, disk, u)
-        b = sample_cell(light, position, disk, u + wp.vec2(step, 0.0))
-        c = sample_cell(light, position, disk, u + wp.vec2(0.0, step))
-        d = sample_cell(light, position, disk, u + wp.vec2(step, step))
+        a = sample_cell(light, position, u)
+        b = sample_cell(light, position, u + wp.vec2(step, 0.0))
+        c = sample_cell(light, position, u + wp.vec2(0.0, step))
+        d = sample_cell(light, position, u + wp.vec2(step, step))
         cell = EmissionCell()
         if light.cone_angle < wp.pi or light.profile >= 0:
             angle_a = angle_to_axis(light, a.wi)
@@ -347,7 +238,7 @@ def summed_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: w
     view = cone_view(light, to_center, size2)
     if view == DARK:
         return s
-    seen = outlined_light(light, position, n)
+    seen = outlined_light(scene, light, position, n)
     amount = wp.length(seen.flux)
     if amount == 0.0:
         return s
@@ -355,15 +246,24 @@ def summed_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: w
     target = to_center if wp.dot(n, to_center) > 0.0 else seen.middle
     s.distance = wp.length(target)
     s.to_shadow = target / s.distance
-    radiance = light.emission
-    if (light.varies & VARIED) != 0:
-        count = cell_count(scene, light, to_center, size2, view)
-        mean = mean_radiance(scene, light, position, n, count, seen)
-        finer = even_count(SLIVER_CELLS / wp.max(mean.share, 1.0e-3))
-        if mean.share > 0.0 and finer > count and (view == CUT or light.profile >= 0):
-            mean = mean_radiance(scene, light, position, n, finer, seen)
-        radiance = mean.radiance
-    s.irradiance = radiance * amount
+    if (light.varies & VARIED) == 0:
+        s.irradiance = light.emission * amount
+        return s
+    tinted = wp.cw_mul(light.emission, light.focus_tint)
+    plain = light.emission - tinted
+    flux = seen.shaped.focused * max_magnitude(plain) + seen.shaped.open * max_magnitude(tinted)
+    facing = wp.dot(n, flux)
+    if light.meridians >= 0 and facing > CANCELLED * seen.shaped.summed * max_magnitude(light.emission):
+        s.wi = wp.normalize(flux)
+        arriving = plain * wp.dot(n, seen.shaped.focused) + tinted * wp.dot(n, seen.shaped.open)
+        s.irradiance = arriving / wp.dot(n, s.wi)
+        return s
+    count = cell_count(scene, light, to_center, size2, view)
+    mean = mean_radiance(scene, light, position, n, count, seen)
+    finer = even_count(SLIVER_CELLS / wp.max(mean.share, 1.0e-3))
+    if mean.share > 0.0 and finer > count and (view == CUT or light.profile >= 0):
+        mean = mean_radiance(scene, light, position, n, finer, seen)
+    s.irradiance = mean.radiance * amount
     return s
 
 

@@ -42,6 +42,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "half_y": half_axes[1],
         "half_z": half_axes[2],
         "varies": _varies(light, lengths),
+        "meridians": _meridians(light, lengths, tables),
         "cap": 2.0 * np.sin(light.angle / 4) ** 2,
         "has_falloff": light.has_falloff,
         "casts_shadow": light.casts_shadow,
@@ -68,6 +69,14 @@ def _varies(light: Light, lengths: np.ndarray) -> int:
     round_lengths = {LightKind.DISK: lengths[:2], LightKind.CYLINDER: lengths[1:]}.get(light.kind, lengths)
     is_uneven = is_sheared or round_lengths.max() > round_lengths.min() * (1 + _EVEN)
     return (VARIED if is_varied else 0) | (UNEVEN if is_uneven and light.kind != LightKind.RECT else 0)
+
+
+def _meridians(light: Light, lengths: np.ndarray, tables: LightTables) -> int:
+    """Return the row of the meridians of a light that has a shape of its own, which is not a mesh; -1: none."""
+    if light.kind in (LightKind.POINT, LightKind.DISTANT, LightKind.MESH):
+        return -1
+    axes = light.world_from_light[:3, :3] / lengths.max()
+    return tables.add_meridians(light, is_even=np.abs(axes.T @ axes - np.eye(3)).max() <= _EVEN)
 
 
 def _half_sizes(light: Light) -> np.ndarray:

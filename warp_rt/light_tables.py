@@ -12,6 +12,7 @@ import numpy as np
 
 from warp_rt.kernels import structs
 from warp_rt.light_clusters import leaf_count, light_clusters
+from warp_rt.meridian_tables import meridian_record
 from warp_rt.profile_scales import profile_scales
 from warp_rt.scene import Light, Profile, Shadow
 
@@ -53,6 +54,8 @@ class LightTables:
         """Rows of ``kernels.structs.SceneData.shadows``."""
         self.profiles: list[dict[str, Any]] = []
         """Rows of ``kernels.structs.SceneData.profiles``."""
+        self.meridians: list[dict[str, Any]] = []
+        """Rows of ``kernels.structs.SceneData.meridians``."""
         self.textures: list[dict[str, Any]] = []
         """Rows of ``kernels.structs.SceneData.light_textures``."""
         self.meshes: list[dict[str, Any]] = []
@@ -65,6 +68,8 @@ class LightTables:
         self._numbers: list[np.ndarray] = []
         self._number_count = 0
         self._offsets: dict[int, int] = {}
+        self._sums: list[np.ndarray] = []
+        self._meridian_rows: dict[tuple[Any, ...], int] = {}
 
     def add_shadow(self, shadow: Shadow) -> int:
         """Return the row of a light's shadow; -1 for a plain one."""
@@ -92,6 +97,28 @@ class LightTables:
             }
         )
         return len(self.profiles) - 1
+
+    def add_meridians(self, light: Light, *, is_even: bool) -> int:
+        """Return the row of a light's meridians; -1 where it has none. Lights that are shaped alike share one.
+
+        Args:
+            light: The light.
+            is_even: Whether its transform scales all directions alike.
+        """
+        shape = (light.focus, any(light.focus_tint), light.cone_angle, light.cone_softness)
+        key = (*shape, id(light.profile), light.profile_angle_scale, light.image >= 0, is_even)
+        if key not in self._meridian_rows:
+            found = meridian_record(light, is_even=is_even)
+            self._meridian_rows[key] = len(self.meridians) if found else -1
+            if found:
+                fields, numbers = found
+                self.meridians.append({"offset": sum(map(len, self._sums)), **fields})
+                self._sums.append(numbers)
+        return self._meridian_rows[key]
+
+    def meridian_sums(self) -> np.ndarray:
+        """Return ``kernels.structs.SceneData.meridian_sums``: float32, shape [n, 4]."""
+        return np.concatenate([np.zeros((0, 4), np.float32), *self._sums])
 
     def add_texture(self, light: Light) -> tuple[int, np.ndarray]:
         """Return the row of a light's texture and its mean colour; -1 and white where it has none."""

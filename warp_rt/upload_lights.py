@@ -63,6 +63,8 @@ def pack_lights(
     data.light_clusters = pack.array(np.concatenate(clusters), structs.LightCluster)
     data.light_textures = pack.records(structs.LightTextureData, tables.textures)
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
+    data.meridians = pack.records(structs.MeridianData, tables.meridians)
+    data.meridian_sums = pack.array(tables.meridian_sums(), wp.vec4)
 
 
 def _dome_record(

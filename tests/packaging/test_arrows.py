@@ -60,6 +60,7 @@ PARTS = {
             "dome",
             "light_clusters",
             "profile_scales",
+            "meridian_tables",
             "light_tables",
             "device_lights",
             "specular_albedo",

@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.kernels.outline import SeenPart, cone_flux, edge_flux, outlined_light
 from warp_rt.kernels.profile import end_factor
-from warp_rt.kernels.structs import LightData
+from warp_rt.kernels.structs import LightData, SceneData
 from warp_rt.scene import Light, LightKind
 from warp_rt.warp_setup import init_warp
 
@@ -23,18 +23,22 @@ UP = wp.vec3(0.0, 0.0, 1.0)
 
 @wp.kernel
 def see_all(
-    lights: wp.array[LightData], positions: wp.array[wp.vec3], normals: wp.array[wp.vec3], seen: wp.array[SeenPart]
+    scene: SceneData,
+    lights: wp.array[LightData],
+    positions: wp.array[wp.vec3],
+    normals: wp.array[wp.vec3],
+    seen: wp.array[SeenPart],
 ):
     """See a light from places of a surface."""
     i = wp.tid()
-    seen[i] = outlined_light(lights[0], positions[i], normals[i])
+    seen[i] = outlined_light(scene, lights[0], positions[i], normals[i])
 
 
 def see(light: Light, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return flux and middle: float32, shape [n, 2, 3]."""
     seen = wp.zeros(len(positions), dtype=SeenPart, device="cpu")
     inputs = [wp.array(np.float32(rows), dtype=wp.vec3, device="cpu") for rows in (positions, normals)]
-    wp.launch(see_all, len(positions), [upload(light), *inputs, seen], device="cpu")
+    wp.launch(see_all, len(positions), [SceneData(), upload(light), *inputs, seen], device="cpu")
     rows = seen.numpy()
     return np.stack([rows["flux"], rows["middle"]], axis=1)
 
