@@ -195,7 +195,7 @@ def _place(node: NodeInputs) -> Signal:
     pivot, offset = (node.get(name).resized(2).constant_value() for name in ("pivot", "offset"))
     shrink = np.diag(apply(np.reciprocal, node.get("scale", 1.0)).resized(2).constant_value())
     turn = rotation(node.number("rotate", 0.0))
-    coordinates = node.get("texcoord").map(np.eye(2), -pivot)
+    coordinates = _coordinates(node).map(np.eye(2), -pivot)
     if node.number("operationorder", 0.0) == 0.0:
         return coordinates.map(turn @ shrink, pivot - offset)
     return coordinates.map(np.eye(2), -offset).map(shrink @ turn, pivot)
@@ -229,9 +229,13 @@ def _smooth_step(value: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.nda
 # --- of texture coordinates
 
 
+def _coordinates(node: NodeInputs) -> Signal:
+    return node.get("texcoord").resized(2)
+
+
 def _along(node: NodeInputs, axis: int) -> Signal:
     """Return s or t, from 0 to 1."""
-    return apply(np.clip, node.get("texcoord").pick([axis]), Signal.constant([0.0]), Signal.constant([1.0]))
+    return apply(np.clip, _coordinates(node).pick([axis]), Signal.constant([0.0]), Signal.constant([1.0]))
 
 
 def _blend(start: Signal, end: Signal, share: Signal) -> Signal:
@@ -251,7 +255,7 @@ def _ramp_of_corners(node: NodeInputs) -> Signal:
 def _split(start: str, end: str, axis: int) -> Callable[[NodeInputs], Signal]:
     def split(node: NodeInputs) -> Signal:
         center = Signal.constant([node.number("center", 0.5)])
-        return _blend(node.get(start), node.get(end), apply(_step, node.get("texcoord").pick([axis]), center))
+        return _blend(node.get(start), node.get(end), apply(_step, _coordinates(node).pick([axis]), center))
 
     return split
 
@@ -265,7 +269,7 @@ def _checkerboard(node: NodeInputs) -> Signal:
         (node.read(name) or Signal.constant([value] * 2)).resized(2)
         for name, value in (("uvtiling", 8), ("uvoffset", 0))
     )
-    place = add(multiply(node.get("texcoord"), tiling), offset, -1.0)
+    place = add(multiply(_coordinates(node), tiling), offset, -1.0)
     return _blend(node.get("color1", 1.0), node.get("color2", 0.0), apply_to_all(_is_odd, 1, place))
 
 
@@ -274,7 +278,7 @@ def _is_odd(place: np.ndarray) -> np.ndarray:
 
 
 def _noise(node: NodeInputs) -> Signal:
-    found = apply_to_all(perlin, 4, node.get("texcoord"))
+    found = apply_to_all(perlin, 4, _coordinates(node))
     return add(multiply(_of_noise(found, node.size), node.get("amplitude", 1.0)), node.get("pivot", 0.0))
 
 
@@ -283,7 +287,7 @@ def _fractal(node: NodeInputs) -> Signal:
     octaves = int(node.number("octaves", 3.0))
     if not 0 <= octaves <= _MAX_OCTAVES:
         raise DoesNotFold
-    place, total, strength = node.get("texcoord"), Signal.constant([0.0] * node.size), Signal.constant([1.0])
+    place, total, strength = _coordinates(node), Signal.constant([0.0] * node.size), Signal.constant([1.0])
     lacunarity, diminish = (node.read(name) or Signal.constant([value]) for name, value in _FRACTAL)
     for _ in range(octaves):
         total = add(total, multiply(_of_noise(apply_to_all(perlin, 4, place), node.size), strength))
@@ -299,13 +303,13 @@ def _of_noise(found: Signal, size: int) -> Signal:
 
 
 def _cells(node: NodeInputs) -> Signal:
-    return apply_to_all(cells, 1, node.get("texcoord"))
+    return apply_to_all(cells, 1, _coordinates(node))
 
 
 def _worley(node: NodeInputs) -> Signal:
     if node.size != 1 or node.number("style", 0.0):
         raise DoesNotFold
-    return apply_to_all(worley, 1, node.get("texcoord"), Signal.constant([node.number("jitter", 1.0)]))
+    return apply_to_all(worley, 1, _coordinates(node), Signal.constant([node.number("jitter", 1.0)]))
 
 
 # --- of all components of a colour or vector
@@ -325,7 +329,7 @@ def _hsv(function: Callable[..., np.ndarray]) -> Callable[[NodeInputs], Signal]:
 def _adjust_hsv(node: NodeInputs) -> Signal:
     color = node.get("in")
     amount = node.read("amount") or Signal.constant([0.0, 1.0, 1.0])
-    result = apply_to_all(adjusted_hsv, 3, color.pick(range(3)), amount)
+    result = apply_to_all(adjusted_hsv, 3, color.pick(range(3)), amount.resized(3))
     return join([result, color.pick([3])]) if color.size == 4 else result
 
 
@@ -349,11 +353,11 @@ def _distance(node: NodeInputs) -> Signal:
 
 
 def _normalize(node: NodeInputs) -> Signal:
-    return apply_to_all(_unit, node.size, node.get("in"))
+    return apply_to_all(_unit, node.size, node.get("in").resized(node.size))
 
 
 def _cross_product(node: NodeInputs) -> Signal:
-    return apply_to_all(np.cross, 3, node.get("in1"), node.get("in2"))
+    return apply_to_all(np.cross, 3, node.get("in1").resized(3), node.get("in2").resized(3))
 
 
 def _length(values: np.ndarray) -> np.ndarray:
@@ -370,7 +374,7 @@ def _premultiply(node: NodeInputs) -> Signal:
 
 
 def _unpremultiply(node: NodeInputs) -> Signal:
-    return apply_to_all(_divided_by_alpha, 4, node.get("in"))
+    return apply_to_all(_divided_by_alpha, 4, node.get("in").resized(4))
 
 
 def _divided_by_alpha(color: np.ndarray) -> np.ndarray:
