@@ -292,6 +292,9 @@ GRAZING_FADE = wp.constant(50.0)
 """F90 is at most so many times F0: all of it from F0 = 0.02, an index of refraction of 1.33, on. What has an index of 1
 reflects nothing at any angle. Reference: Lagarde and de Rousiers (2014), Moving Frostbite to PBR, section 3.2."""
 
+JUST_SEEN = wp.constant(1.0e-3)
+"""Least cosine of a bent normal to the viewer: above rounding, for lobes are sampled by it and divided by it."""
+
 HORIZON = wp.constant(0.01)
 """Least cosine of a ray mirrored about a bent normal to the surface's own, just above the surface; half of the viewer's
 where that is less."""

@@ -6,7 +6,7 @@ import warp as wp
 
 from .albedo import diffuse_albedo, specular_albedo
 from .codes import INPUT_COUNT
-from .constants import GRAZING_FADE, HORIZON, IOR_MIN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
+from .constants import GRAZING_FADE, HORIZON, IOR_MIN, JUST_SEEN, MIRROR_FADE_END, MIRROR_FADE_START, ROUGHNESS_MIN
 from .features import Features, PlainScene
 from .per_type import per_type
 from .ray_differential import coordinate_differential
@@ -195,9 +195,9 @@ def shading_normal(
             m = input_vec3(scene, surface, material.varying, _NORMAL, features)
             side = wp.sign(wp.dot(n, surface.n_shading))
             bent = (wp.normalize(t) * m[0] + wp.normalize(b) * m[1]) * side + n * m[2]
-            bent -= wo * wp.min(wp.dot(bent, wo), 0.0)
             if wp.length_sq(bent) > 0.0:
-                n = wp.normalize(bent)
+                bent = wp.normalize(bent)
+                n = wp.normalize(bent + wo * wp.max(JUST_SEEN - wp.dot(bent, wo), 0.0))
     return n
 
 

@@ -195,6 +195,8 @@ def sample_emitter(
         pdf += met * e.base_share * ggx_pdf(shading.n, shading.wo, shading.alpha, d.wi)
     if e.coat_share > 0.0:
         pdf += met * e.coat_share * ggx_pdf(shading.n, shading.wo, shading.coat_alpha, d.wi)
+    if pdf <= 0.0:
+        return s  # a viewer in the very plane of a surface sees no facets
     s.wi = d.wi
     s.distance = d.distance
     if e.row < scene.light_count:

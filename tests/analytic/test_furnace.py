@@ -38,6 +38,11 @@ SWEEP = [
     *({"diffuseColor": 1, "opacity": o, "roughness": r} for o, r in product((0, 0.5), (0, 0.3, 0.8))),
     {"diffuseColor": 1, "opacity": 0.5, "opacityMode": '"presence"'},
     {"diffuseColor": 1, "opacity": 0, "roughness": 0, "clearcoat": 1},
+    # Bent away from the viewer over half of the ball.
+    *(
+        {"diffuseColor": d, "metallic": m, "opacity": o, "roughness": 0.4, "normal": "(0, -1, 0.01)"}
+        for d, m, o in ((0, 1, 1), (1, 1, 1), (1, 0, 1), (0, 0, 0))
+    ),
     # Thinner than what is around it: all of the lobes is reflected totally, but for what a rough one takes.
     *(
         {
