@@ -395,6 +395,22 @@ def test_unknown_types_are_named() -> None:
     assert codes(scene) == {"/p": "N911"}
 
 
+@pytest.mark.parametrize(
+    ("last", "is_told"), [((0, 0, 0, 2), False), ((0, 0, 0, -0.5), False), ((0.5, 0, 0, 1), True), ((0, 0, 0, 0), True)]
+)
+def test_a_matrix_that_projects_is_told_and_one_that_divides_all_alike_is_affine(last: tuple, is_told: bool) -> None:
+    rows = [(1, 2, 0), (0, 3, 0), (0, 0, 4), (5, 6, 7)]
+    matrix = ", ".join(str((*row, end)) for row, end in zip(rows, last, strict=True))
+    scene = load(
+        f'def Mesh "m" {{ {TRIANGLE}\nmatrix4d xformOp:transform = ({matrix})\n'
+        'uniform token[] xformOpOrder = ["xformOp:transform"]\n}'
+    )
+    divisor = 1.0 if is_told else last[3]
+    expected = np.vstack([np.array(rows, float).T / divisor, (0, 0, 0, 1)])
+    np.testing.assert_allclose(placement(scene, "/m"), expected)
+    assert codes(scene) == ({"/m": "W105"} if is_told else {})
+
+
 # --- limits
 
 

@@ -18,6 +18,7 @@ BAD_TRANSFORM = "W105"
 IDLE_OPERATION = "N921"
 
 _UNMOVED = np.eye(4)
+_AFFINE = Gf.Vec4d(0, 0, 0, 1)  # last column of a matrix that acts on rows
 _TRANSLATION = "xformOp:translate"
 _ONLY_TRANSLATION = Vt.TokenArray([_TRANSLATION])
 _PLAINLY = 1e-6  # of a box's volume: far above the limit of is_regular, whichever axes it measures
@@ -61,12 +62,24 @@ class TransformReader:
         elif order is None or order != self._complete.get(authored):
             self._check_operations(prim, order, authored)
         local, resets = self._cache.GetLocalTransformation(prim)
+        if local.GetColumn(3) != _AFFINE:
+            local = self._affine(prim, local)
         matrix = np.array(local).T
         if not (_is_plainly_regular(local) or is_regular(matrix[None])[0]):
             message = "left out with all below it: its transform is singular or not finite"
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), message)
             return None
         return matrix, resets
+
+    def _affine(self, prim: Usd.Prim, local: Gf.Matrix4d) -> Gf.Matrix4d:
+        """Return what of a matrix is no projection: all of it, where it only divides everything by the same number."""
+        x, y, z, scale = local.GetColumn(3)
+        if (x, y, z) == (0, 0, 0) and scale != 0 and math.isfinite(scale):
+            return local * Gf.Matrix4d(1 / scale)
+        if all(map(math.isfinite, (x, y, z, scale))):
+            self._report.warn(BAD_TRANSFORM, prim.GetPath(), "the last column of its matrix, a projection, is ignored")
+            local.SetColumn(3, _AFFINE)
+        return local
 
     def world_from_local(self, prim: Usd.Prim) -> np.ndarray:
         """Return where a prim stands in the world: float64, shape [4, 4], acting on column vectors."""
