@@ -44,9 +44,9 @@ from warp_rt.image.image import Image
 from warp_rt.options import COMPLEXITIES
 from warp_rt.shutter import render_frame
 
-from .command import make_parser
+from .command import make_parser, save_if_asked
 from .meshes import find_test_data
-from .results import ROOT
+from .results import ROOT, Row
 
 GOAL = 0.98
 SAMPLES = 16  # a pixel
@@ -124,6 +124,7 @@ def main(arguments: Sequence[str]) -> None:
     if chosen.gallery:
         write_gallery(corpora, chosen.out, results)
     print(summary(results))
+    save_if_asked(chosen, "references", rows_of(results), ("image",))
 
 
 # --- what there is
@@ -308,6 +309,22 @@ def summary(results: Sequence[Result]) -> str:
         if not r.overlap >= GOAL
     ]
     return "\n".join(lines)
+
+
+def rows_of(results: Sequence[Result]) -> list[Row]:
+    """Return a row a picture that can be compared."""
+    return [
+        {
+            "image": r.pair.image,
+            "renderer": r.pair.renderer,
+            **{
+                name: round(value, 4)
+                for name, value in (("overlap", r.overlap), ("theirs", r.theirs), ("ours", r.ours))
+            },
+        }
+        for r in sorted(results, key=lambda result: result.pair.image)
+        if not math.isnan(r.overlap)
+    ]
 
 
 def write_table(path: Path, results: Sequence[Result]) -> None:
