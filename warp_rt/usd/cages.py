@@ -33,6 +33,8 @@ class Cage(NamedTuple):
     """Corners of each face, any integers, shape [f]."""
     indices: np.ndarray | Vt.IntArray
     """Vertex of each corner, any integers, shape [c]."""
+    size: tuple[int, int, int]
+    """n, f and c."""
     holes: np.ndarray | None
     """bool, shape [f], which faces are not drawn; None: all are."""
     is_smooth: bool
@@ -93,13 +95,10 @@ def cut_cages(cages: Sequence[Cage], joined: JoinedCages) -> list[CutMesh]:
     others_before = np.concatenate([[0], np.cumsum(face_ids != numbers)])[ends]
     is_one_to_one = (np.diff(others_before) == 0).tolist()
     found = []
-    sizes = zip(
-        *(np.diff(first).tolist() for first in (joined.point_first, joined.face_first, joined.corner_first)),
-        strict=True,
-    )
     slices = map(_slices, (ends, joined.point_first))
-    places = zip(cages, is_closed.tolist(), is_one_to_one, sizes, *slices, strict=True)
-    for cage, closed, one_to_one, (point_count, face_count, corner_count), own, rows_of_points in places:
+    places = zip(cages, is_closed.tolist(), is_one_to_one, *slices, strict=True)
+    for cage, closed, one_to_one, own, rows_of_points in places:
+        point_count, face_count, corner_count = cage.size
         layout = Layout(point_count, face_count, corner_count, triangles[own], face_ids[own], corners[own])
         smooth = None
         if normals is not None and cage.is_smooth:
@@ -113,10 +112,8 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
     points = concatenated([cage.points for cage in cages])
     counts = concatenated([cage.counts for cage in cages])
     indices = concatenated([cage.indices for cage in cages])
-    point_first, face_first, corner_first = (
-        np.concatenate([[0], np.cumsum([len(array) for array in arrays])])
-        for arrays in zip(*((cage.points, cage.counts, cage.indices) for cage in cages), strict=True)
-    )
+    sizes = np.array([(0, 0, 0), *(cage.size for cage in cages)])
+    point_first, face_first, corner_first = sizes.T.cumsum(axis=1)
     is_usable = np.abs(points) <= MAX_COORDINATE
     is_usable = np.ones(len(points), bool) if is_usable.all() else is_usable.all(axis=1)
     vertices = np.diff(point_first)  # that indices may name

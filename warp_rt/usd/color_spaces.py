@@ -19,11 +19,13 @@ from pxr import Gf, Sdf, Usd
 
 from warp_rt.report import Report
 from warp_rt.srgb import linear_from_srgb
+from warp_rt.usd.questions import get_value_type
 
 UNKNOWN_COLOR_SPACE = "W205"
 
 _LINEAR = Gf.ColorSpace(Gf.ColorSpaceNames.LinearRec709)
 _SRGB_CURVE = (2.4, 0.055)
+_COLOR = Sdf.ValueRoleNames.Color
 
 # Names that others have for the spaces of Gf, in lower case; those of Gf are their own.
 _ALIASES = {
@@ -105,7 +107,7 @@ def color_space_of(attribute: Usd.Attribute, report: Report) -> ColorSpace | Non
     is not known.
     """
     name = ""
-    if attribute.GetTypeName().role == Sdf.ValueRoleNames.Color:
+    if get_value_type(attribute).role == _COLOR:
         name = str(Usd.ColorSpaceAPI.ComputeColorSpaceName(attribute, None))
     if not name or name == "auto":
         return None

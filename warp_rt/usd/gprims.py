@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Instances, Mesh, Shapes
@@ -57,7 +57,7 @@ class _Listed(NamedTuple):
     """A prim that is drawn."""
 
     prim: Usd.Prim
-    path: str
+    path: Sdf.Path
     source: int
     """Row of the sources of geometry."""
     context: Context
@@ -116,29 +116,29 @@ class GprimReader:
             has_children: Whether there are prims below it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
-        path = str(get_path(prim))
-        key = str(prim.GetPrimInPrototype().GetPath()) if context.is_proxy and skin is None else path
+        path = get_path(prim)
+        key = prim.GetPrimInPrototype().GetPath() if context.is_proxy and skin is None else path
         time, carried_to = self._time, None
         if "velocities" in authored.names:
             time, carried_to = read_times(prim, time, self._base_time, self._report)
         level = context.level
         if level is None:
-            level = self._levels.get(path, self._level)
+            level = self._levels.get(str(path), self._level) if self._levels else self._level
         source = Source(prim, authored, skin, time, carried_to, level, kind, has_children)
         return self._add(prim, path, (key, level), source, context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
-        return self._add(prim, str(get_path(prim)), shape.key, shape, context)
+        return self._add(prim, get_path(prim), shape.key, shape, context)
 
     def add_stand_in(self, prim: Usd.Prim, context: Context, stand_in: StandIn) -> int:
         """List a model that is replaced; return its row."""
-        return self._add(prim, str(get_path(prim)), stand_in.key, stand_in, context, stand_in.materials)
+        return self._add(prim, get_path(prim), stand_in.key, stand_in, context, stand_in.materials)
 
     def _add(
         self,
         prim: Usd.Prim,
-        path: str,
+        path: Sdf.Path,
         key: object,
         source: Source | Shape | StandIn,
         context: Context,
@@ -156,7 +156,7 @@ class GprimReader:
         mesh, prim, materials = np.full((3, len(self._listed)), -1, np.int32)
         meshes: dict[object, int] = {}
         drawn: list[Mesh | Shapes] = []
-        prims: dict[tuple[str, int], int] = {}
+        prims: dict[tuple[Sdf.Path, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
         for row, listed in enumerate(self._listed):
             source = sources[listed.source]
@@ -172,7 +172,7 @@ class GprimReader:
             materials[row] = material_sets.setdefault(bound, len(material_sets))
         return Gprims(
             meshes=tuple(drawn),
-            prims=tuple(path for path, _ in prims),
+            prims=tuple(str(path) for path, _ in prims),  # one after the other in memory
             tail_starts=tuple(start for _, start in prims),
             material_sets=tuple(material_sets),
             mesh=mesh,

@@ -97,10 +97,11 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
         except Tf.ErrorException as error:
             report_unreadable(source.prim, error, report)
             mesh = None
-        corner_count += 0 if mesh is None else len(mesh.cage.indices)
+        corners = 0 if mesh is None else mesh.cage.size[2]
+        corner_count += corners
         if group and corner_count > _JOINED_CORNERS:
             yield group
-            group, corner_count = [], 0 if mesh is None else len(mesh.cage.indices)
+            group, corner_count = [], corners
         group.append(mesh)
     yield group
 
@@ -111,13 +112,14 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     points = read_points(prim, time, carried_to) if carried_to else _read_array(prim, "points", time, report)
     counts = _read_array(prim, "faceVertexCounts", time, report)
     indices = _read_array(prim, "faceVertexIndices", time, report)
-    if points is None or not len(points) or not len(counts):
+    size = 0 if points is None else len(points), len(counts), len(indices)
+    if not (size[0] and size[1]):
         report.warn(EMPTY, prim.GetPath(), "mesh without points or faces")
         return None
     if skin is not None:
         points, skin = pose(np.asarray(points), skin, prim, report)
         source = source._replace(skin=skin)
-    holes = _read_holes(prim, len(counts), time, report) if "holeIndices" in authored.names else None
+    holes = _read_holes(prim, size[1], time, report) if "holeIndices" in authored.names else None
     scheme = _SCHEMES[0]
     if "subdivisionScheme" in authored.names:
         scheme = get_value(get_attribute(prim, "subdivisionScheme"))
@@ -125,7 +127,7 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
     is_refined = level > 0 and scheme in SUBDIVISION_SCHEMES
-    cage = Cage(prim, points, counts, indices, holes, scheme in SMOOTH_SCHEMES)
+    cage = Cage(prim, points, counts, indices, size, holes, scheme in SMOOTH_SCHEMES)
     return _Mesh(source, cage, scheme, is_refined)
 
 

@@ -25,6 +25,7 @@ from warp_rt.usd.sources import Source
 
 _PRIMVARS = "primvars:"
 _INDICES = ":indices"
+_COLOR = Sdf.ValueRoleNames.Color
 _COMPONENTS = {Vt.FloatArray: 1, Vt.Vec2fArray: 2, Vt.Vec3fArray: 3, Vt.Vec4fArray: 4}
 
 
@@ -150,7 +151,7 @@ def _read_primvar(
     width = _COMPONENTS.get(type(value))
     if width is None or width != WIDTHS.get(name, width) or not len(value):
         return None
-    if value_type.role == Sdf.ValueRoleNames.Color and color_space_of(attribute, report) is not None:
+    if value_type.role == _COLOR and color_space_of(attribute, report) is not None:
         return None
     indices = None
     index_name = f"{_PRIMVARS}{name}{_INDICES}"

@@ -25,5 +25,6 @@ is_loaded = Usd.Prim.IsLoaded
 is_model = Usd.Prim.IsModel
 
 get_value = Usd.Attribute.Get
+get_value_type = Usd.Attribute.GetTypeName
 get_metadata = Usd.Attribute.GetMetadata
 has_authored_connections = Usd.Attribute.HasAuthoredConnections
