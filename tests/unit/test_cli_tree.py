@@ -34,7 +34,8 @@ def test_text_goes_to_stdout(capfd: pytest.CaptureFixture[str]) -> None:
     assert "eye ray #0 level 1, weight 1, I = " in out
     assert "I = I_local + Kr R + Kt T" in out
     assert "\x1b" not in out
-    assert err == ""
+    # With an empty cache of kernels a line says that they are being compiled.
+    assert [line for line in err.splitlines() if "compiling" not in line] == []
 
 
 def test_text_fits_the_columns_there_are(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
