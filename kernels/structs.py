@@ -207,6 +207,8 @@ class LightMeshData:
     """Of all of them, world space."""
     is_double_sided: wp.int32
     """1: it shines to both sides, 0: outwards."""
+    is_closed: wp.int32
+    """1: it bounds a volume."""
     leaves: wp.int32
     """``count`` rounded up to a power of two."""
     clusters: wp.int32

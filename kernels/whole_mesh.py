@@ -113,7 +113,9 @@ def triangle_part(mesh: LightMeshData, triangle: LightTriangle, n: wp.vec3, far:
 
 
 @wp.func(inline=False)
-def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
+def sum_mesh(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMeshData, position: wp.vec3, n: wp.vec3
+) -> LightSample:
     """Return how a mesh light reaches a surface as a whole: what of it faces the surface, and nothing in between.
 
     Triangles are summed by Lambert's formula, clipped at the horizon. Of more than ``MESH_LIGHT_EXACT``, clusters that
@@ -124,10 +126,10 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
     Args:
         scene: Lights' triangles and clusters, profiles.
         light: The light.
+        mesh: Its triangles.
         position: Of the surface.
         n: Its unit normal.
     """
-    mesh = scene.light_meshes[light.mesh]
     is_even = (light.varies & VARIED) == 0
     far = CLUSTER_SIZE if mesh.count > MESH_LIGHT_EXACT else 0.0
     grain = Grain()
@@ -192,3 +194,25 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
     else:
         s.irradiance = arriving / wp.max(wp.dot(n, s.wi), 1.0e-30)
     return s
+
+
+@wp.func
+def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
+    """Return what :func:`sum_mesh` does; of what shines to both sides and is closed, what is seen from where one is.
+
+    From outside its inside is hidden, although nothing else is in between.
+
+    Args:
+        scene: Lights' triangles and clusters, profiles.
+        light: The light.
+        position: Of the surface.
+        n: Its unit normal.
+    """
+    mesh = scene.light_meshes[light.mesh]
+    if mesh.is_double_sided != 0 and mesh.is_closed != 0:
+        mesh.is_double_sided = 0
+        s = sum_mesh(scene, light, mesh, position, n)
+        if s.distance > 0.0:
+            return s
+        mesh.is_double_sided = 1
+    return sum_mesh(scene, light, mesh, position, n)

@@ -153,6 +153,7 @@ class LightTables:
                 "count": len(table),
                 "area": areas.sum(),
                 "is_double_sided": light.is_double_sided,
+                "is_closed": light.is_closed,
                 "leaves": leaf_count(len(table)),
                 "clusters": sum(map(len, self.clusters)),
             }

@@ -161,6 +161,27 @@ def test_a_glowing_mesh_is_mirrored_or_highlighted_not_both(roughness: float, sa
     np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
+@pytest.mark.parametrize("samples", [0, 4096])
+@pytest.mark.parametrize("height", [2.0, 0.3])
+def test_a_closed_mesh_with_two_sides_is_seen_from_one(height: float, samples: int) -> None:
+    """Outside, its inside is hidden, which only samples find out by their shadow rays; within, all around shines."""
+    matrix = np.diag([1.0, 1.0, 1.0, 1.0])
+    matrix[:3, 3] = (0, 0, height)
+    triangles = ball(2)
+    body = replace(
+        square(whitted()),
+        points=triangles.reshape(-1, 3),
+        faces=np.arange(triangles.size // 3).reshape(-1, 3),
+        world_from_local=matrix,
+    )
+    light = mesh(triangles, matrix, is_double_sided=True, is_closed=True)
+    scene = scene_of(square(whitted(diffuse=1.0), half=20), body, lights=[light])
+    is_within = height < 1
+    camera = parallel((0.1, 0.2, 0.05)) if is_within else parallel((1.5, 0.4, 0.05))
+    expected = L if is_within else L * quadrature(triangles, matrix, (1.5, 0.4))
+    np.testing.assert_allclose(radiance(scene, camera, light_samples=samples), expected, rtol=0.02 if samples else 5e-3)
+
+
 @pytest.mark.parametrize("samples", [0, 1024])
 @pytest.mark.parametrize("place", PLACES)
 def test_a_sphere_that_shines_is_a_sphere_light(place: tuple[float, float], samples: int) -> None:

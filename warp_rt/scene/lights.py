@@ -106,6 +106,8 @@ class Light:
     drawn there, and not these."""
     is_double_sided: bool = False
     """Whether a mesh light shines inwards, too."""
+    is_closed: bool = False
+    """Whether the triangles bound a volume: who is outside sees none from inside."""
     glows: bool = False
     """Whether the mesh of a mesh light emits by its material: what mirrors show of that is no highlight, too."""
     profile_angle_scale: float = 0.0

@@ -28,6 +28,8 @@ class ShiningMesh:
     """float32, shape [n, 3, 3], the light's space, wound as seen from outside."""
     density: float
     """Area of the geometry by that of the triangles: below 1 where these stand out of a curved shape."""
+    is_closed: bool
+    """Whether it bounds a volume."""
     is_solid: bool
     """Whether it is a curved shape, which has no side but its outside."""
     glow: np.ndarray
@@ -153,7 +155,7 @@ class MeshLightReader:
             if "emissiveColor" in material.inputs
         )
         mean = share @ glow / max(share.sum(), 1e-300)
-        return ShiningMesh(triangles, density, isinstance(mesh, Shapes), mean, has_texture)
+        return ShiningMesh(triangles, density, mesh.is_closed, isinstance(mesh, Shapes), mean, has_texture)
 
     def _emission(self, material: Material) -> np.ndarray:
         source = material.inputs.get("emissiveColor")
