@@ -38,7 +38,7 @@ _KINDS = {
     "Mesh": LightKind.MESH,
 }
 Cut = tuple[np.ndarray, np.ndarray]
-_FINE, _COARSE = 96, 48  # patches each way that lights with and without a file are cut into, at least
+_FINE, _COARSE = 96, 48  # patches each way, at least: of lights that are shaped or textured, and of others
 _PIECES = 8
 _DEEPEST = 4
 AREA_LIGHTS = ("RectLight", "DiskLight", "SphereLight", "CylinderLight")
@@ -367,7 +367,7 @@ def expected(frame: LightFrame, points: np.ndarray) -> np.ndarray:
         if light.angle > 0:
             facing = float64_lights().irradiance(light, np.zeros(3), UP, 1024)
         return np.broadcast_to(scale * facing, points.shape)
-    has_detail = any(isinstance(value, Path) for value in frame.attributes.values())
+    has_detail = frame.is_shaped or any(isinstance(value, Path) for value in frame.attributes.values())
     count = _FINE if has_detail else _COARSE
     coarse = float64_lights().patches(light, count)
     rims = rims_of(frame)
