@@ -18,9 +18,13 @@ import warp as wp
 import warp_rt
 
 from .meshes import TriangleMesh
+from .processes import SideBySide
 from .ray_sets import Rays
 
 wp.set_module_options({"enable_backward": False})
+
+SIDE_BY_SIDE = "warp_rt, processes"
+PROCESSES = os.cpu_count() or 1
 
 Query = Callable[[Rays], np.ndarray]
 
@@ -42,6 +46,14 @@ def warp_rt_contender(mesh: TriangleMesh, threads: int) -> Contender:
         lambda rays: warp_rt.closest_hit(accel, rays.origins, rays.directions, threads=threads).triangle,
         lambda rays: warp_rt.any_hit(accel, rays.origins, rays.directions, threads=threads),
     )
+
+
+def side_by_side_contender(mesh: TriangleMesh) -> Contender:
+    """warp_rt in a process for each core, by one thread and all of the rays each; where processes can be forked."""
+    if not hasattr(os, "fork"):
+        raise ImportError("this system does not fork processes")
+    alone = warp_rt_contender(mesh, threads=1)
+    return Contender(SideBySide(alone.closest, PROCESSES), SideBySide(alone.any, PROCESSES))
 
 
 def embree_contender(mesh: TriangleMesh) -> Contender:
@@ -125,10 +137,11 @@ def mesh_any(
 CONTENDERS: dict[str, Callable[[TriangleMesh], Contender]] = {
     "warp_rt": partial(warp_rt_contender, threads=1),
     "warp_rt, all cores": partial(warp_rt_contender, threads=os.cpu_count() or 1),
+    SIDE_BY_SIDE: side_by_side_contender,
     "embree": embree_contender,
     "wp.Mesh": partial(wp_mesh_contender, constructor=None),
     "open3d": open3d_contender,
     "wp.Mesh, median": partial(wp_mesh_contender, constructor="median"),
     "wp.Mesh, cubql": partial(wp_mesh_contender, constructor="cubql"),
 }
-DEFAULT = ("warp_rt", "warp_rt, all cores", "embree", "wp.Mesh")
+DEFAULT = ("warp_rt", "warp_rt, all cores", SIDE_BY_SIDE, "embree", "wp.Mesh")

@@ -8,8 +8,9 @@
     python -m benchmarks rays --save                                and benchmarks/results/rays.json
 
 Rates are the best of all turns, in million rays a second; ratios are of these. The file holds the seconds of every
-turn. One thread each, unless a column says otherwise. On the right, how many nodes of warp_rt's hierarchy a ray visits
-and how many triangles it is tested against, rays taken one by one.
+turn. One thread each, unless a column says otherwise: "all cores" is of a thread for each, "processes" of a process for
+each, every one of which traces all rays, the most that threads can be measured against. On the right, how many nodes of
+warp_rt's hierarchy a ray visits and how many triangles it is tested against, rays taken one by one.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from warp_rt.warp_setup import init_warp
 
 from . import results
 from .command import make_parser, save_if_asked
-from .contenders import CONTENDERS, DEFAULT, Contender
+from .contenders import CONTENDERS, DEFAULT, PROCESSES, SIDE_BY_SIDE, Contender
 from .costs import mean_costs
 from .meshes import MESHES, MissingMeshError, TriangleMesh
 from .ray_sets import KINDS, TILE, Rays, primary_rays, random_rays, secondary_rays
@@ -127,6 +128,7 @@ def compare(rays: Rays, query: str, contenders: dict[str, Contender], rounds: in
         "ray_count": len(rays),
         "clock": clock,
         "seconds": {name: significant(turns) for name, turns in seconds.items()},
+        "processes": PROCESSES,
         "hit_differences": {name: int((flags != first).sum()) for name, flags in hit.items()},
     }
 
@@ -134,7 +136,8 @@ def compare(rays: Rays, query: str, contenders: dict[str, Contender], rounds: in
 def rate(row: results.Row, contender: str) -> float:
     """Return the million rays a second of a contender's best turn; NaN for one that was not there."""
     turns = row["seconds"].get(contender)
-    return row["ray_count"] / min(turns) / 1e6 if turns else np.nan
+    count = row["ray_count"] * (row["processes"] if contender == SIDE_BY_SIDE else 1)
+    return count / min(turns) / 1e6 if turns else np.nan
 
 
 def print_head(contenders: Sequence[str]) -> None:
