@@ -111,7 +111,7 @@ def test_sixteen_at_a_time_or_one_by_one(kind: str) -> None:
     for axis, side in enumerate(("half_x", "half_y", "half_z")):
         light[side] = 0.3 * np.eye(3)[axis]
     light["diffuse"], light["specular"], light["cone_angle"] = 0.7, 1.3, 4.0
-    for row in ("profile", "texture", "mesh", "receivers", "shadow"):
+    for row in ("profile", "meridians", "texture", "mesh", "receivers", "shadow"):
         light[row] = -1
     normal, toward = unit(rng.normal(size=(*shape, 3))), unit(rng.normal(size=(*shape, 3)))
     shadings = np.zeros(shape, Shading.numpy_dtype())
