@@ -61,8 +61,10 @@ class Workers:
         """
         queue = _Queue(job, items, make_scratch)
         others = self.count if watch is not None else self.count - 1
-        helpers = [_start(queue.work) for _ in range(others)]
+        helpers: list[_Order] = []
         try:
+            for _ in range(others):
+                helpers.append(_start(queue.work))
             if watch is None:
                 queue.work()
             else:
@@ -73,8 +75,7 @@ class Workers:
         finally:
             if queue.stop_if_unfinished() and on_stop is not None:
                 on_stop()
-            for helper in helpers:
-                helper.finish()
+            _finish(helpers)
         queue.raise_error()
 
     def repeat(self, job: Callable[[int], bool]) -> None:
@@ -84,13 +85,18 @@ class Workers:
 
         Raises:
             BaseException: Whatever a job raised first, KeyboardInterrupt included; the other threads end with their
-                present call.
+                present call, which is waited for.
         """
         turns = _Turns(job)
-        helpers = [_start(partial(turns.take, k)) for k in range(1, self.count)]
-        turns.take(0)
-        for helper in helpers:
-            helper.finish()
+        helpers: list[_Order] = []
+        try:
+            for k in range(1, self.count):
+                helpers.append(_start(partial(turns.take, k)))
+            turns.take(0)
+            _finish(helpers)
+        except BaseException as caught:  # an interrupt outside the job, or no further thread to be had
+            turns.error = turns.error or caught
+            _finish(helpers)
         if turns.error is not None:
             raise turns.error
 
@@ -176,19 +182,19 @@ class _Order:
         self._gate.acquire()
 
     def carry_out(self) -> None:
-        """Do it, which raises nothing, and wake up who waits for it, unless it has been called off."""
+        """Do it, which raises nothing, unless it has been called off, and wake up who waits for it."""
         if self._is_taken.acquire(blocking=False):
             self._work()
             _idle.append(self._helper)
-            self._is_done = True
-            self._gate.release()
+        self._is_done = True  # where it was called off, too: who was interrupted in that may ask again
+        self._gate.release()
 
     def wait(self, seconds: float = -1) -> bool:
         """Wait until it is done, or some seconds; return if it is. An interrupt may come at any time."""
         return self._is_done or self._gate.acquire(timeout=seconds)
 
     def finish(self) -> None:
-        """Wait until it is done, or call it off if it has not begun, for nothing is left to do."""
+        """Wait until it is done, or call it off if it has not begun, for nothing is left to do. May be repeated."""
         if self._is_taken.acquire(blocking=False):
             _idle.append(self._helper)
         else:
@@ -226,6 +232,12 @@ def _start(work: Callable[[], None]) -> _Order:
     order = _Order(work, helper)
     helper.orders.put(order)
     return order
+
+
+def _finish(orders: Iterable[_Order]) -> None:
+    """Wait for what has begun, and call off the rest."""
+    for order in orders:
+        order.finish()
 
 
 if hasattr(os, "register_at_fork"):

@@ -8,9 +8,11 @@ import sys
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 
 import pytest
 
+from warp_rt import workers
 from warp_rt.workers import Workers, default_thread_count
 
 
@@ -114,6 +116,76 @@ def test_an_error_ends_what_is_repeated(error: type[BaseException], raising: int
     ended = list(calls)
     time.sleep(0.01)
     assert calls == ended
+
+
+def test_no_thread_is_left_working_where_repeat_is_interrupted_as_it_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: deque[int] = deque()
+    finish = workers._Order.finish
+    interrupts = iter([KeyboardInterrupt()])
+
+    def finish_when_not_interrupted(order: workers._Order) -> None:
+        for interrupt in interrupts:
+            raise interrupt
+        finish(order)
+
+    def work(thread: int) -> bool:
+        calls.append(thread)
+        time.sleep(0.001)
+        return thread > 0
+
+    monkeypatch.setattr(workers._Order, "finish", finish_when_not_interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        Workers(3).repeat(work)
+    _assert_no_more_come(calls)
+
+
+@pytest.mark.parametrize("call", ["map", "repeat"])
+def test_no_thread_is_left_working_where_no_further_one_can_be_had(call: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: deque[int] = deque()
+    start = workers._start
+
+    def start_one(work: Callable[[], None]) -> workers._Order:
+        monkeypatch.setattr(workers, "_start", refuse)
+        order = start(work)
+        while not calls:
+            time.sleep(0.001)
+        return order
+
+    def refuse(_: object) -> workers._Order:
+        raise RuntimeError("can't start new thread")
+
+    def work(number: int, _: object = None) -> bool:
+        calls.append(number)
+        time.sleep(0.001)
+        return True
+
+    monkeypatch.setattr(workers, "_start", start_one)
+    run = {
+        "map": lambda: Workers(4).map(lambda item, _: [item] * work(item), range(4)),
+        "repeat": lambda: Workers(4).repeat(work),
+    }
+    with pytest.raises(RuntimeError, match="can't start new thread"):
+        run[call]()
+    _assert_no_more_come(calls)
+
+
+def test_an_order_is_called_off_as_often_as_one_likes() -> None:
+    """Who was interrupted while he called off some calls them off again."""
+    gate = threading.Event()
+    busy = workers._start(lambda: bool(gate.wait()))
+    late = workers._Order(lambda: pytest.fail("called"), busy._helper)
+    busy._helper.orders.put(late)
+    late.finish()
+    gate.set()
+    assert late.wait(10)
+    late.finish()
+    busy.finish()
+
+
+def _assert_no_more_come(calls: deque) -> None:
+    count = len(calls)
+    time.sleep(0.05)
+    assert count == len(calls) > 0
 
 
 def test_threads_of_many_short_calls_are_few() -> None:
