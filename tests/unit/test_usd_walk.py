@@ -714,3 +714,16 @@ def test_variant_selections_that_select_nothing_are_noted() -> None:
         "/above/no_model/deep": "shape = 'three' selects nothing: its variants are one, two",
     }
     assert drawn(scene) == {"/good/c"}
+
+
+def test_that_selections_are_not_looked_for_on_all_of_many_prims_is_noted_once() -> None:
+    """Each of the groups is 2,001 prims; the 10,001st is not asked, nor what follows it, but a model is."""
+    group = "\n".join(f'def Scope "s{k}" {{ }}' for k in range(2000))
+    bad = '(variants = { string look = "red" })'
+    scene = load(
+        "\n".join(f'def Scope "g{k}" {{\n{group}\n}}' for k in range(6))
+        + f'\ndef Scope "late" {{\ndef Scope "plain" {bad} {{ }}\n}}'
+        + f'\ndef Xform "models" (kind = "group") {{\ndef Xform "m" (kind = "component"\n{bad[1:]} {{ }}\n}}'
+    )
+    told = [(record.code, record.prim) for record in scene.diagnostics if record.code in ("N925", "N937")]
+    assert told == [("N937", "/g4/s1995"), ("N925", "/models/m")]

@@ -10,6 +10,7 @@ from warp_rt.report import Report
 from warp_rt.usd.questions import has_authored_metadata
 
 NO_SUCH_VARIANT = "N925"
+NOT_LOOKED_FOR = "N937"
 
 _SELECTION = "variantSelection"
 
@@ -37,3 +38,13 @@ def report_unused_selections(prim: Usd.Prim, report: Report) -> None:
             report.warn(
                 NO_SUCH_VARIANT, prim.GetPath(), f"{name} = {chosen!r} selects nothing: its variants are {known}"
             )
+
+
+def report_not_looked_for(prim: Usd.Prim, limit: int, report: Report) -> None:
+    """Note the first prim that is not asked, which is one for all that follow."""
+    report.warn(
+        NOT_LOOKED_FOR,
+        prim.GetPath(),
+        f"after {limit} prims, selections of variants that do not exist are looked for on models, instances and the "
+        "prims beside them alone: not here",
+    )

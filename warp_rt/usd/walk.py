@@ -41,7 +41,7 @@ from warp_rt.usd.sources import report_unreadable
 from warp_rt.usd.stage import UNLOADED
 from warp_rt.usd.subsets import report_misplaced
 from warp_rt.usd.transforms import TransformReader
-from warp_rt.usd.unused_selections import report_unused_selections
+from warp_rt.usd.unused_selections import report_not_looked_for, report_unused_selections
 from warp_rt.usd.visibility import is_invisible
 
 UNSUPPORTED = "W130"
@@ -111,6 +111,7 @@ class StageWalk:
         self._types = TypeReader()
         self._nesting = 0
         self._visited = 0
+        self._asks_all = True
 
     def walk(self) -> GroupBuilder:
         """Return all that the stage draws, in world space."""
@@ -167,6 +168,9 @@ class StageWalk:
             return None
         if may_be_unusual or self._visited <= ASKED_FOR_SELECTIONS:
             report_unused_selections(prim, self._report)
+        elif self._asks_all:
+            self._asks_all = False
+            report_not_looked_for(prim, ASKED_FOR_SELECTIONS, self._report)
         prim_type = self._types.read(prim)
         kind = prim_type.name
         has_clips = above.has_clips or has_authored_metadata(prim, "clips")
