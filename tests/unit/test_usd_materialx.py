@@ -165,6 +165,8 @@ def test_mixed_channels_keep_their_wrap_mode_and_their_fallback(image):
         ("clamp", (vec("in", 4, kind="float"),), 1.0),
         ("smoothstep", (vec("in", 0.25, kind="float"),), 0.15625),
         ("sin", (vec("in", np.pi / 6, kind="float"),), 0.5),
+        ("round", (vec("in", 0.5, kind="float"),), 1.0),
+        ("round", (vec("in", 2.5, kind="float"),), 3.0),
         ("modulo", (vec("in1", -0.25, kind="float"), vec("in2", 1, kind="float")), 0.75),
         ("ifgreater", (vec("value1", 2, kind="float"), vec("in1", 5, kind="float"), vec("in2", 6, kind="float")), 5.0),
         ("ifequal", (vec("value1", 2, kind="float"), vec("in1", 5, kind="float"), vec("in2", 6, kind="float")), 6.0),
@@ -173,6 +175,17 @@ def test_mixed_channels_keep_their_wrap_mode_and_their_fallback(image):
 def test_constants_are_computed(category, lines, expected):
     _, value, _, codes = read(node("N", f"ND_{category}_float", *lines), count=1)
     assert (value[0], codes) == (pytest.approx(expected, rel=1e-6), [])
+
+
+@pytest.mark.parametrize(("category", "gray"), [("luminance", 0.2722287), ("saturate", 0.2722287)])
+def test_alpha_of_a_grey_is_that_of_the_colour(category, gray):
+    """Of red of alpha 0.25, without any saturation."""
+    lines = (vec("in", 1, 0, 0, 0.25, kind="color4f"), "float inputs:amount = 0" if category == "saturate" else "")
+    nodes = node("X", f"ND_{category}_color4", *lines)
+    for index, expected in ((0, gray), (3, 0.25)):
+        picked = node("N", "ND_extract_color4", wire("in", "X", kind="color4f"), f"int inputs:index = {index}")
+        _, value, _, codes = read(nodes + picked, count=1)
+        assert (value[0], codes) == (pytest.approx(expected, rel=1e-6), [])
 
 
 def test_primvars_are_scaled_and_shifted():

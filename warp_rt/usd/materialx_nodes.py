@@ -152,8 +152,9 @@ def _dot_product(node: NodeInputs) -> Signal:
 
 
 def _luminance(node: NodeInputs) -> Signal:
-    color, weights = node.get("in").pick(range(3)), node.get("lumacoeffs", _AP1_LUMINANCE).constant_value()
-    return color.map(np.tile(weights, (node.size, 1)))
+    color, weights = node.get("in"), node.get("lumacoeffs", _AP1_LUMINANCE).constant_value()
+    result = color.pick(range(3)).map(np.tile(weights, (3, 1)))
+    return join([result, color.pick([3])]) if node.size == 4 else result
 
 
 def _range(node: NodeInputs) -> Signal:
@@ -334,9 +335,7 @@ def _adjust_hsv(node: NodeInputs) -> Signal:
 
 
 def _saturate(node: NodeInputs) -> Signal:
-    color = node.get("in")
-    result = _blend(_luminance(node), color, node.read("amount") or Signal.constant([1.0]))
-    return join([result.pick(range(3)), color.pick([3])]) if color.size == 4 else result
+    return _blend(_luminance(node), node.get("in"), node.read("amount") or Signal.constant([1.0]))
 
 
 def _contrast(node: NodeInputs) -> Signal:
@@ -404,6 +403,10 @@ def _screen(a: Signal, b: Signal) -> Signal:
 
 def _safe_power(base: np.ndarray, exponent: np.ndarray) -> np.ndarray:
     return np.asarray(np.sign(base) * np.abs(base) ** exponent)
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    return np.floor(values + 0.5)  # halves upwards, where NumPy's own takes them to even numbers
 
 
 def _fraction(values: np.ndarray) -> np.ndarray:
@@ -480,7 +483,7 @@ _NODES: Mapping[str, Callable[[NodeInputs], Signal]] = {
     "absval": _unary(np.abs),
     "floor": _unary(np.floor),
     "ceil": _unary(np.ceil),
-    "round": _unary(np.round),
+    "round": _unary(_rounded),
     "sign": _unary(np.sign),
     "sqrt": _unary(np.sqrt),
     "exp": _unary(np.exp),
