@@ -47,7 +47,8 @@ PREVIEW_INPUTS = (
 
 IRRADIANCE_WIDTH = wp.constant(64)
 """Columns of a dome's irradiance map; irradiance is a cosine-wide blur, so few suffice."""
-IRRADIANCE_HEIGHT = wp.constant(32)
+IRRADIANCE_HEIGHT = wp.constant(33)
+"""Its rows, which start and end at the poles: most floors face one. An odd number, for walls face the equator."""
 
 # --- ``FrameData.shadow_mode``
 

@@ -5,6 +5,7 @@
 import warp as wp
 
 from .codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
+from .constants import MAX_ANISOTROPY
 from .features import Features, PlainScene
 from .per_type import per_type
 from .structs import DomeData, FrameData, RayDifferential, SceneData
@@ -38,12 +39,17 @@ def dome_radiance(scene: wp.ref[SceneData], dome: DomeData, direction: wp.vec3) 
 
 @wp.func
 def latlong_differential(dome: DomeData, direction: wp.vec3, change: wp.vec3) -> wp.vec2:
-    """Return how ``latlong_from_direction`` changes where the unit direction does."""
+    """Return how ``latlong_from_direction`` changes where the unit direction does.
+
+    About the poles, where texels are narrower than 1 / MAX_ANISOTROPY of their height, it turns as if they were not: a
+    longer footprint would be averaged over many rows, and what one row shows there differs little.
+    """
     x = wp.dot(dome.axis_x, direction)
     z = wp.dot(dome.axis_z, direction)
-    off_pole2 = wp.max(x * x + z * z, 1.0e-12)
-    turn = (wp.dot(dome.axis_x, change) * z - wp.dot(dome.axis_z, change) * x) / off_pole2
-    rise = wp.dot(dome.axis_y, change) / wp.sqrt(off_pole2)
+    off_pole = wp.sqrt(wp.max(x * x + z * z, 1.0e-12))
+    narrow = wp.max(off_pole, 1.0 / float(MAX_ANISOTROPY))
+    turn = (wp.dot(dome.axis_x, change) * z - wp.dot(dome.axis_z, change) * x) / (off_pole * narrow)
+    rise = wp.dot(dome.axis_y, change) / off_pole
     return wp.vec2(-turn / (2.0 * wp.pi), rise / wp.pi)
 
 
@@ -68,7 +74,7 @@ def dome_irradiance(scene: wp.ref[SceneData], dome: wp.ref[DomeData], normal: wp
         return dome.radiance * wp.pi
     st = latlong_from_direction(dome, normal)
     x = st[0] * float(IRRADIANCE_WIDTH) - 0.5
-    y = wp.clamp(st[1] * float(IRRADIANCE_HEIGHT) - 0.5, 0.0, float(IRRADIANCE_HEIGHT - 1))
+    y = st[1] * float(IRRADIANCE_HEIGHT - 1)
     x_floor = wp.floor(x)
     y_floor = wp.floor(y)
     x0 = (int(x_floor) + IRRADIANCE_WIDTH) % IRRADIANCE_WIDTH

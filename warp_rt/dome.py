@@ -17,16 +17,16 @@ def irradiance_map(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) 
     Args:
         pixels: uint8 or float32, shape [height, width, 4], row 0 at local -Y.
         is_srgb: Whether the texels are sRGB encoded.
-        size: Rows and columns of the result; the environment is averaged to twice that before it is summed.
+        size: Rows and columns of the result; the environment is averaged to cells half as wide before it is summed.
 
     Returns:
-        float64, shape [rows, columns, 3]: the sum over directions of radiance, cosine and solid angle for a normal
-        through each texel's centre, row 0 at local -Y.
+        float64, shape [rows, columns, 3]: the sum over directions of radiance, cosine and solid angle for the normals
+        in the middle of each column of longitudes; row 0 is those of local -Y, the last one those of +Y.
     """
     rows, columns = size
-    radiance, weight = _shrink(_linear(pixels, is_srgb), 2 * rows, 2 * columns)
-    from_directions = _directions(*radiance.shape[:2]).reshape(-1, 3)
-    normals = _directions(rows, columns).reshape(-1, 3)
+    radiance, weight = _shrink(_linear(pixels, is_srgb), 2 * (rows - 1), 2 * columns)
+    from_directions = _directions(_middles(radiance.shape[0]), radiance.shape[1]).reshape(-1, 3)
+    normals = _directions(np.linspace(-0.5, 0.5, rows) * np.pi, columns).reshape(-1, 3)
     cosine = np.maximum(normals @ from_directions.T, 0.0) * weight.reshape(-1)
     # Each normal's discrete cosine sum is brought to its exact value pi: a constant environment stays exact.
     cosine *= np.pi / cosine.sum(axis=1, keepdims=True)
@@ -85,9 +85,13 @@ def _linear(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
     return linear_from_srgb(color) if is_srgb else color
 
 
-def _directions(rows: int, columns: int) -> np.ndarray:
-    """Return the unit local direction through each texel's centre (UsdLux latlong), shape [rows, columns, 3]."""
-    latitude = ((np.arange(rows) + 0.5) / rows - 0.5) * np.pi
+def _middles(rows: int) -> np.ndarray:
+    """Return the latitudes of rows of texels, shape [rows]."""
+    return ((np.arange(rows) + 0.5) / rows - 0.5) * np.pi
+
+
+def _directions(latitude: np.ndarray, columns: int) -> np.ndarray:
+    """Return unit local directions (UsdLux latlong) at some latitudes, amid each column: shape [n, columns, 3]."""
     longitude = (0.5 - (np.arange(columns) + 0.5) / columns) * 2 * np.pi
     cos_latitude = np.cos(latitude)[:, None]
     x, z = cos_latitude * np.sin(longitude), cos_latitude * np.cos(longitude)

@@ -185,3 +185,12 @@ def render(scene: Scene, camera: Camera, *, width: int = 1, height: int = 1, **o
 def radiance(scene: Scene, camera: Camera, **options: object) -> np.ndarray:
     """Return what one eye ray, through the middle of ``camera``, brings back: shape [3]."""
     return render(scene, camera, **options).color[0, 0]
+
+
+def latlong_directions(height: int) -> np.ndarray:
+    """Return the unit direction of each texel of a dome's image by UsdLux's rule: float64, shape [h, 2 h, 3], row 0 at
+    -Y. The centre is +Z, longitude pi / 2 is +X and left of it."""
+    latitude = (((np.arange(height) + 0.5) / height) - 0.5)[:, None] * np.pi
+    longitude = (0.5 - (np.arange(2 * height) + 0.5) / (2 * height)) * 2 * np.pi
+    x, z = np.cos(latitude) * np.sin(longitude), np.cos(latitude) * np.cos(longitude)
+    return np.stack([x, np.broadcast_to(np.sin(latitude), x.shape), z], axis=-1)

@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from warp_rt.scene import Dome, Light, LightKind
+from warp_rt.scene import Dome, Image, Light, LightKind
 
-from .scenes import distant, lamp, looking, parallel, radiance, scene_of, square, whitted
+from .scenes import distant, lamp, latlong_directions, looking, parallel, radiance, scene_of, square, whitted
 
 L = np.array([2.0, 1.0, 0.5])
 # On the floor: below the lights, and aside; every light is wholly above the horizon there.
@@ -120,6 +122,20 @@ def test_even_dome() -> None:
     """E = pi L from the whole upper half."""
     dome = Dome("/dome", np.eye(4), tuple(L.tolist()))
     np.testing.assert_allclose(floor_radiance(None, (0.5, 0.5), (dome,)), L, rtol=1e-5)
+
+
+@pytest.mark.parametrize("normal", [(0, 1, 0), (0, -1, 0), (1, 0, 0), (0, 0, -1), (0.05, 1, -0.02), (-0.3, 0.5, 0.8)])
+def test_floors_and_walls_under_an_uneven_dome(normal: tuple[float, float, float]) -> None:
+    """Radiance 1 + a.w gives E = pi + (2 pi / 3) a.n (Ramamoorthi and Hanrahan 2001), at the dome's poles too."""
+    slope = np.array([[0.9, 0.2, -0.1], [0.0, 0.9, 0.3], [-0.3, 0.0, 0.7]])
+    pixels = np.ones((256, 512, 4), np.float32)
+    pixels[..., :3] += latlong_directions(256) @ slope
+    n = np.array(normal) / np.linalg.norm(normal)
+    body = square(whitted(diffuse=1.0), world_from_local=looking(-n))
+    scene = scene_of(body, domes=[Dome("/dome", np.eye(4), (1.0, 1.0, 1.0), image=0)])
+    scene = replace(scene, images=(Image("/sky", pixels),))
+    got = radiance(scene, parallel(5 * n, -n))
+    np.testing.assert_allclose(got, 1 + 2 / 3 * n @ slope, rtol=2e-3)
 
 
 def test_a_dome_is_seen_directly_and_in_mirrors() -> None:

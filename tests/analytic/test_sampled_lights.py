@@ -222,6 +222,31 @@ def test_highlights(kind: LightKind, roughness: float) -> None:
     assert got == pytest.approx(expected, rel=0.015)
 
 
+@pytest.mark.parametrize("degrees", [0.53, 20.0])
+@pytest.mark.parametrize("is_coat", [False, True], ids=["specular workflow", "clearcoat"])
+def test_highlights_of_the_sun(*, is_coat: bool, degrees: float) -> None:
+    """Sampled, as summed up; as a whole, all of it from its middle, so that a wide sun's highlight is too bright."""
+    coat = {"specularColor": 0.0, "ior": 1.5, "clearcoat": 0.8, "clearcoatRoughness": 0.35}
+    base = {"specularColor": 0.3, "roughness": 0.35}
+    material = preview(use_specular_workflow=True, diffuseColor=0.0, **(coat if is_coat else base))
+    share, f0 = (0.8, 0.04) if is_coat else (1.0, 0.3)
+    light = Light("/sun", LightKind.DISTANT, looking((1, 0, -1)), (2.0, 2.0, 2.0), angle=np.radians(degrees))
+    scene = scene_of(square(material, half=20), lights=[light])
+    down = np.array([-0.7, 0.1, -0.7]) / np.linalg.norm([-0.7, 0.1, -0.7])
+    sampled, whole = (radiance(scene, parallel(-5 * down, down), light_samples=n)[0] for n in (2048, 0))
+    wi, solid_angle, emitted = arriving(light, np.zeros(3), count=300)
+    arrives = emitted[:, 0] * wi[:, 2] * solid_angle
+    expected = share * (glossy(wi, -down, 0.35, f0) * arrives).sum()
+    middle = np.array([[-1, 0, 1]]) / np.sqrt(2)
+    from_middle = share * glossy(middle, -down, 0.35, f0)[0] * arrives.sum()
+    assert sampled == pytest.approx(expected, rel=0.01)
+    assert whole == pytest.approx(from_middle, rel=2e-3)
+    if degrees < 1:
+        assert whole == pytest.approx(expected, rel=5e-3)
+    else:
+        assert 1.165 < whole / expected < 1.185  # docs/whitted.md
+
+
 def test_smooth_metal_mirrors_a_light() -> None:
     """A lobe of no width that lies within the light: radiance L times the metal's colour, from few samples."""
     material = preview(diffuseColor=(0.9, 0.6, 0.2), metallic=1.0, roughness=0.0)

@@ -7,11 +7,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 
 from warp_rt import Scene
 from warp_rt.scene import Camera, Dome, Image, Input, Instances, ShapeKind, Shapes, Texture, Wrap
 
-from .scenes import Body, render, scene_of, square, whitted
+from .scenes import Body, latlong_directions, looking, render, scene_of, square, whitted
 
 WIDTH, HEIGHT = 120, 90
 CELL = 4  # texels along a square of the board
@@ -130,3 +131,25 @@ def test_more_samples_have_smaller_footprints() -> None:
         for name in ("anisotropic", "bilinear")
     )
     assert np.abs(filtered - plain).mean() < 0.01
+
+
+@pytest.mark.parametrize("pole", [1.0, -1.0])
+def test_a_domes_poles_are_as_sharp_as_the_rest(pole: float) -> None:
+    """Each pixel about a pole is what the sky is there: smooth, but steep enough for a blur over rows to show."""
+    width = 32
+
+    def sky(direction: np.ndarray) -> np.ndarray:
+        slope = np.array([[0.9, 0.2, 0.0], [-0.4, 0.5, 0.8], [0.0, -0.6, 0.3]])
+        return np.exp(2.0 * (direction @ slope))
+
+    pixels = np.ones((512, 1024, 4), np.float32)
+    pixels[..., :3] = sky(latlong_directions(512))
+    scene = scene_of(square(whitted(), z=-100.0), domes=[Dome("/sky", np.eye(4), (1.0, 1.0, 1.0), image=0)])
+    scene = dataclasses.replace(scene, images=(Image("/sky", pixels),))
+    camera = Camera("/camera", looking((0, pole, 0)), (-0.2, 0.2, -0.2, 0.2))
+    found = render(scene, camera, width=width, height=width).color
+    side = 0.2 * (2 * (np.arange(width) + 0.5) / width - 1)
+    x, y = np.meshgrid(side, -side)
+    seen = np.stack([x, y, -np.ones_like(x)], -1) @ camera.world_from_camera[:3, :3].T
+    expected = sky(seen / np.linalg.norm(seen, axis=-1, keepdims=True))
+    np.testing.assert_allclose(found, expected, rtol=4e-3)

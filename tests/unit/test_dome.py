@@ -13,7 +13,7 @@ from warp_rt.warp_setup import init_warp
 
 init_warp()
 
-SIZE = (32, 64)
+SIZE = (33, 64)
 
 
 def environment(height: int = 256, width: int = 512) -> tuple[np.ndarray, np.ndarray]:
@@ -26,7 +26,10 @@ def environment(height: int = 256, width: int = 512) -> tuple[np.ndarray, np.nda
 
 
 def normals() -> np.ndarray:
-    return environment(*SIZE)[0]
+    """Rows from pole to pole, both among them; columns as those of an image."""
+    lat = np.linspace(-np.pi / 2, np.pi / 2, SIZE[0])[:, None]
+    lon = (0.5 - (np.arange(SIZE[1]) + 0.5) / SIZE[1]) * 2 * np.pi
+    return np.stack([np.cos(lat) * np.sin(lon), np.sin(lat) + 0 * lon, np.cos(lat) * np.cos(lon)], -1)
 
 
 def test_constant_environment_gives_pi() -> None:
