@@ -13,7 +13,7 @@ from .bvh_collapse import evaluate_costs
 from .bvh_references import measure_range, xyz
 from .bvh_sah import partition_slices, slices_per_unit, split_sah
 from .bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange, Reference
-from .constants import BUILD_STACK, SAH_BINS
+from .constants import BUILD_STACK, SAH_BINS, WIDTH
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
 
@@ -186,12 +186,16 @@ def build_subtrees(
     builder: int,
     references: wp.array[Reference],
     spare: wp.array[Reference],
+    costs: wp.array2d[float],
     leaf_bits: int,
     first: wp.array[int],
     count: wp.array[int],
     trees: BinaryTrees,
 ):
-    """Build the whole subtree of references [first, first + count), one a thread, and find its best wide nodes."""
+    """Build the whole subtree of references [first, first + count), one a thread, and find its best wide nodes.
+
+    Where there is memory for ``costs``, those of one subtree, the trees keep only its root's.
+    """
     bins = wp.zeros(shape=(wp.static(3 * SAH_BINS),), dtype=Bin)
     counts = wp.zeros(shape=(wp.static(3 * SAH_BINS),), dtype=int)
     right_costs = wp.zeros(shape=(SAH_BINS,), dtype=float)
@@ -218,6 +222,14 @@ def build_subtrees(
             stack[top] = halves[larger]
             stack[top + 1] = halves[1 - larger]
             top += 2
+    root = 2 * begin + 1
+    subtree = trees
+    if costs.shape[0] > 0:
+        subtree.costs = costs
+        subtree.first_cost = root
     # Children have higher slots than their parents.
-    for step in range(free - 2 * begin - 1):
-        evaluate_costs(trees, free - 1 - step)
+    for step in range(free - root):
+        evaluate_costs(subtree, free - 1 - step)
+    if costs.shape[0] > 0:
+        for k in range(WIDTH):
+            trees.costs[root, k] = costs[0, k]

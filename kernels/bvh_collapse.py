@@ -50,32 +50,35 @@ def evaluate_costs(trees: BinaryTrees, slot: int):
     """Fill a node's row of ``costs`` and ``shares`` from those of its children."""
     node = trees.nodes[slot]
     area = box_half_area(node.low, node.high)
+    row = slot - trees.first_cost
     if node.right < 0:
         for k in range(WIDTH):
-            trees.costs[slot, k] = area
+            trees.costs[row, k] = area
             trees.shares[slot, k] = wp.int8(0)
     else:
+        left = node.left - trees.first_cost
+        right = node.right - trees.first_cost
         # As a wide node of its own: the best way to share its lanes.
         best = float(wp.inf)
         share = int(1)
         for k in range(1, WIDTH):
-            cost = trees.costs[node.left, k - 1] + trees.costs[node.right, WIDTH - k - 1]
+            cost = trees.costs[left, k - 1] + trees.costs[right, WIDTH - k - 1]
             if cost < best:
                 best = cost
                 share = int(k)
         trees.shares[slot, WIDTH - 1] = wp.int8(share)
         best += area
-        trees.costs[slot, 0] = best
+        trees.costs[row, 0] = best
         trees.shares[slot, 0] = wp.int8(0)
         # Dissolved into its parent, as j + 1 of its children.
         for j in range(1, WIDTH - 1):
             share = int(0)
             for k in range(1, j + 1):
-                cost = trees.costs[node.left, k - 1] + trees.costs[node.right, j - k]
+                cost = trees.costs[left, k - 1] + trees.costs[right, j - k]
                 if cost < best:
                     best = cost
                     share = int(k)
-            trees.costs[slot, j] = best
+            trees.costs[row, j] = best
             trees.shares[slot, j] = wp.int8(share)
 
 

@@ -168,7 +168,10 @@ class BinaryTrees:
     ids: wp.array[int]
     """shape [n], the primitives of the leaves' references."""
     costs: wp.array2d[float]
-    """shape [2 n, WIDTH], least cost of a subtree shown to its parent as at most k children, in column k - 1."""
+    """shape [2 n, WIDTH], least cost of a subtree shown to its parent as at most k children, in column k - 1; known of
+    the roots, and of all nodes where trees are yet to be changed."""
+    first_cost: int
+    """Slot that row 0 of ``costs`` is of."""
     shares: wp.array2d[wp.int8]
     """shape [2 n, WIDTH], how many of the k children in column k - 1 come from the left; 0: k - 1 do as well."""
 

@@ -171,20 +171,30 @@ def build_forest(
     Raises:
         LimitError: The arrays would have more elements than 32-bit indices reach.
     """
-    trees, roots = build_binary_trees(references, leaf_size=leaf_size, builder=builder, executor=executor)
     # Trees over instances, whose leaves hold one, win nothing by it.
-    if builder == "sah" and references.counts.max() > leaf_size > 1:
+    is_reinserted = builder == "sah" and references.counts.max() > leaf_size > 1
+    trees, roots = build_binary_trees(
+        references, leaf_size=leaf_size, builder=builder, executor=executor, keeps_costs=is_reinserted
+    )
+    if is_reinserted:
         reinsert_subtrees(trees, roots, executor)
     return collapse_forest(trees, roots, node_offset, executor)
 
 
 def build_binary_trees(
-    references: References, *, leaf_size: int, builder: str, executor: Executor
+    references: References, *, leaf_size: int, builder: str, executor: Executor, keeps_costs: bool = False
 ) -> tuple[Any, wp.array]:
     """Return the binary trees that ``build_forest`` makes wide; arguments and errors as there.
 
+    Args:
+        references: What to build over.
+        leaf_size: References that a leaf holds at most.
+        builder: One of ``options.BUILDERS``.
+        executor: Where to build.
+        keeps_costs: Whether those of all nodes are kept, as reinsertion needs them, not only the roots'.
+
     Returns:
-        ``BinaryTrees``, their costs known, and the slots of their roots, int32, shape [tree_count].
+        ``BinaryTrees``, those costs known, and the slots of their roots, int32, shape [tree_count].
     """
     count = references.array.shape[0]
     if 2 * count * WIDTH >= 1 << 31:
@@ -193,7 +203,8 @@ def build_binary_trees(
         return _PARALLEL[builder](references.array, references.ranges, references.counts, leaf_size, executor)
     leaf_bits = leaf_size.bit_length() - 1
     ranges = references.ranges.numpy()
-    binary = BinaryForest(references.array, ranges, leaf_bits, _TOP_DOWN[builder], executor.workers)
+    building = _TOP_DOWN[builder]
+    binary = BinaryForest(references.array, ranges, leaf_bits, building, executor.workers, keeps_costs=keeps_costs)
     return binary.trees, as_warp(binary.roots, wp.int32)
 
 

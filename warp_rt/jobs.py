@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import mmap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -53,6 +54,16 @@ def host_array(shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
     memory = np.empty(size + _ALIGNMENT, np.uint8)
     start = -memory.ctypes.data % _ALIGNMENT
     return memory[start : start + size].view(dtype.base).reshape(*shape, *dtype.shape)
+
+
+def sparse_array(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
+    """Return new memory, zeros, of which only the pages that are written take room: NumPy asks for huge ones."""
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    memory = mmap.mmap(-1, max(size, 1))
+    if hasattr(mmap, "MADV_NOHUGEPAGE"):
+        with contextlib.suppress(OSError):  # a kernel without huge pages does not know it
+            memory.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(memory, np.uint8, size).view(dtype).reshape(shape)
 
 
 def as_warp(array: np.ndarray, dtype: Any) -> wp.array:

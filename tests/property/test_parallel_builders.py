@@ -18,7 +18,7 @@ from warp_rt.errors import SceneError
 from warp_rt.forest import build_binary_trees, builder_device, refer_to_triangles
 from warp_rt.jobs import Executor
 from warp_rt.kernels.bvh_ploc import Cluster, find_nearest, mark_pairs
-from warp_rt.kernels.constants import PACKET_REACH, PLOC_NODE_WEIGHT, PLOC_RADIUS
+from warp_rt.kernels.constants import PACKET_REACH, PLOC_NODE_WEIGHT, PLOC_RADIUS, WIDTH
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Scene
 from warp_rt.workers import Workers
@@ -299,3 +299,28 @@ def test_packets_stand_where_the_order_of_clusters_puts_them() -> None:
     sizes = [len(Reader(accel).packet(leaf)[0]) for leaf in range(accel.statistics.leaves)]
     assert max(sizes) <= 16
     assert np.mean(sizes) > 11
+
+
+@pytest.mark.parametrize("builder", ["sah", "median", "midpoint"])
+def test_trees_are_the_same_whether_costs_are_kept_or_not(builder: str) -> None:
+    points, triangles = torus()
+    executor = Executor("cpu", Workers(2))
+    found = []
+    for keeps_costs in (True, False):
+        corners = executor.upload(triangles.reshape(-1).astype(np.int32), wp.int32)
+        counts = np.array([len(triangles)], np.int32)
+        references = refer_to_triangles(executor.upload(points.astype(np.float32), wp.vec3), corners, counts, executor)
+        trees, roots = build_binary_trees(
+            references, leaf_size=1, builder=builder, executor=executor, keeps_costs=keeps_costs
+        )
+        nodes, shares = trees.nodes.numpy(), trees.shares.numpy()
+        todo, shared = [int(roots.numpy()[0])], []
+        costs = trees.costs.numpy()[todo[0], : int(WIDTH) - 1]  # the last column is nobody's
+        while todo:
+            slot = todo.pop()
+            shared.append(shares[slot])
+            if nodes["right"][slot] >= 0:
+                todo += [int(nodes["left"][slot]), int(nodes["right"][slot])]
+        found.append((costs, np.array(shared)))
+    for kept, lost in zip(*found, strict=True):
+        np.testing.assert_array_equal(kept, lost)
