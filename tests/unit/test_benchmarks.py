@@ -26,12 +26,16 @@ def sphere() -> Any:
 
 
 def test_contenders_take_turns() -> None:
-    order: list[str] = []
-    functions = {name: lambda n=name: order.append(n) or n for name in "ab"}
-    seconds, results = load("timing").time_in_turns(functions, 2)
-    assert order == list("ababab")
-    assert {name: len(turns) for name, turns in seconds.items()} == {"a": 2, "b": 2}
-    assert results == {"a": "a", "b": "b"}
+    orders: list[list[str]] = [[], []]
+    for order in orders:
+        functions = {name: lambda n=name, order=order: order.append(n) or n for name in "abc"}
+        seconds, results = load("timing").time_in_turns(functions, 6)
+        assert {name: len(turns) for name, turns in seconds.items()} == {"a": 6, "b": 6, "c": 6}
+        assert results == {"a": "a", "b": "b", "c": "c"}
+    rounds = ["".join(orders[0][i : i + 3]) for i in range(0, 21, 3)]
+    assert {*map("".join, map(sorted, rounds))} == {"abc"}  # each once a round
+    assert len({*rounds}) > 2  # in no order of its own
+    assert orders[0] == orders[1]  # but in the same in every run
 
 
 @pytest.mark.parametrize("levels", range(3))
