@@ -29,7 +29,7 @@ FILES = [
 ]
 KERNEL_FILES = [file for file in FILES if kernels_of(file)]
 
-# Nobody launches these on a GPU, where each pixel's tree is walked by the same functions; up to a minute and a half each.
+# Nobody launches these on a GPU, where each pixel's tree is walked by the same functions; up to 90 seconds each.
 FOR_CPUS = {"render_together", "render_together_plain"}
 
 
