@@ -23,7 +23,7 @@ import numpy as np
 import warp as wp
 
 import warp_rt
-from warp_rt.accel import refit_accel
+from warp_rt.bvh.accel import refit_accel
 from warp_rt.options import BUILDERS
 from warp_rt.warp_setup import resolve_device
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from warp_rt.forest import build_binary_trees, refer_to_triangles
-from warp_rt.jobs import Executor, as_warp
+from warp_rt.bvh.forest import build_binary_trees, refer_to_triangles
+from warp_rt.device.jobs import Executor, as_warp
+from warp_rt.device.workers import Workers
 from warp_rt.kernels.bounds import intersect_box, inverse_direction
 from warp_rt.kernels.bvh_structs import BinaryTrees
 from warp_rt.kernels.intersect_sphere import is_sphere_met
 from warp_rt.kernels.intersect_triangle import intersect_plane_projection
-from warp_rt.workers import Workers
 
 from .meshes import TriangleMesh
 from .ray_sets import Rays

@@ -25,7 +25,7 @@ import numpy as np
 from PIL import Image
 
 from warp_rt import Film, Renderer, RenderOptions, Scene, load_scene
-from warp_rt.film_camera import choose_camera
+from warp_rt.rendering.film_camera import choose_camera
 
 from . import povray_run, results
 from .command import make_parser, save_if_asked

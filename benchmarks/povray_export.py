@@ -26,7 +26,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from warp_rt import Scene
-from warp_rt.film_camera import choose_camera, conform_window
+from warp_rt.rendering.film_camera import choose_camera, conform_window
 from warp_rt.scene import (
     MATERIAL_DEFAULTS,
     Light,

@@ -39,10 +39,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from warp_rt import Renderer, RenderOptions, Scene
 from warp_rt.api import open_scene
 from warp_rt.errors import WarpRtError
-from warp_rt.film_camera import choose_camera, frame_camera
 from warp_rt.image.image import Image
 from warp_rt.options import COMPLEXITIES
-from warp_rt.shutter import render_frame
+from warp_rt.rendering.film_camera import choose_camera, frame_camera
+from warp_rt.rendering.shutter import render_frame
 
 from .command import make_parser, save_if_asked
 from .meshes import find_test_data

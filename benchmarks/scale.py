@@ -76,7 +76,7 @@ def measure_alone(path: Path) -> dict[str, float]:
 
     from warp_rt.api import load_scene
     from warp_rt.options import RenderOptions
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.renderer import Renderer
 
     options = RenderOptions(width=WIDTH)
     teapot = load_scene(results.ROOT / "scenes" / "mirror_teapot.usda")

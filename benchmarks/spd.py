@@ -33,7 +33,7 @@ import numpy as np
 from PIL import Image as PillowImage
 
 from warp_rt import Renderer, RenderOptions, Scene, load_scene, render
-from warp_rt.film import RayCounts
+from warp_rt.rendering.film import RayCounts
 from warp_rt.scene import Input, Material
 
 from .command import make_parser, save_if_asked

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 import warp_rt
-from warp_rt.accel import Accel
+from warp_rt.bvh.accel import Accel
 
 Shape = tuple[np.ndarray, np.ndarray]
 CENTERS = (0.0, 1e3, 1e4, 1e6)  # in units of the mesh's size

@@ -11,28 +11,28 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from warp_rt.accel import Accel, build_accel
     from warp_rt.api import load_scene, render, render_series, trace_tree
+    from warp_rt.bvh.accel import Accel, build_accel
+    from warp_rt.bvh.queries import Hits, any_hit, closest_hit, count_hits
     from warp_rt.errors import DeviceError, LimitError, OptionError, OutputError, SceneError, WarpRtError
-    from warp_rt.film import Film
     from warp_rt.image.depth_series import DepthSeries
     from warp_rt.image.image import Image
     from warp_rt.options import RenderOptions
-    from warp_rt.queries import Hits, any_hit, closest_hit, count_hits
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.film import Film
+    from warp_rt.rendering.renderer import Renderer
     from warp_rt.scene import Scene
     from warp_rt.tree.ray_tree import RayTree
 
 _MODULES = {
-    "accel": ("Accel", "build_accel"),
     "api": ("load_scene", "render", "render_series", "trace_tree"),
+    "bvh.accel": ("Accel", "build_accel"),
+    "bvh.queries": ("Hits", "any_hit", "closest_hit", "count_hits"),
     "errors": ("DeviceError", "LimitError", "OptionError", "OutputError", "SceneError", "WarpRtError"),
-    "film": ("Film",),
     "image.depth_series": ("DepthSeries",),
     "image.image": ("Image",),
     "options": ("RenderOptions",),
-    "queries": ("Hits", "any_hit", "closest_hit", "count_hits"),
-    "renderer": ("Renderer",),
+    "rendering.film": ("Film",),
+    "rendering.renderer": ("Renderer",),
     "scene": ("Scene",),
     "tree.ray_tree": ("RayTree",),
 }

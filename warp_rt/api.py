@@ -23,7 +23,7 @@ from warp_rt.options import (
     refinement_level,
 )
 from warp_rt.scene import Scene
-from warp_rt.scene_source import RefinableSource, SceneSource, StillScene
+from warp_rt.scene.source import RefinableSource, SceneSource, StillScene
 
 if TYPE_CHECKING:
     from warp_rt.image.depth_series import DepthSeries
@@ -166,8 +166,8 @@ def render(
         WarpRtError: See the kinds in ``warp_rt.errors``.
     """
     from warp_rt.image.image import Image
-    from warp_rt.renderer import Renderer
-    from warp_rt.shutter import render_frame
+    from warp_rt.rendering.renderer import Renderer
+    from warp_rt.rendering.shutter import render_frame
 
     chosen = _options(options)
     if isinstance(scene, Scene):
@@ -211,7 +211,7 @@ def render_series(
         WarpRtError: See the kinds in ``warp_rt.errors``.
     """
     from warp_rt.image.depth_series import make_series
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.renderer import Renderer
 
     wanted = check_depths(tuple(depths))
     if "depth" in options:
@@ -257,7 +257,7 @@ def trace_tree(
         LimitError: The tree has more than 262,144 nodes.
         WarpRtError: See the kinds in ``warp_rt.errors``.
     """
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.renderer import Renderer
 
     check_display(exposure, tonemap)
     chosen = _options(options)
@@ -271,7 +271,7 @@ def _open(scene: str | PathLike[str] | Any, complexity: str, options: RenderOpti
     """Open a stage for pictures of one camera, which complexity ``auto`` refines surfaces for."""
     if complexity != ADAPTIVE:
         return open_scene(scene, complexity=complexity)
-    from warp_rt.adaptive import AdaptiveSource
+    from warp_rt.rendering.adaptive import AdaptiveSource
 
     return AdaptiveSource(open_scene(scene), options, lambda seen: (seen, camera))
 

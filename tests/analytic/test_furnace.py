@@ -12,7 +12,7 @@ import pytest
 
 import warp_rt
 from warp_rt.kernels.constants import ALBEDO_COLUMNS, ALBEDO_ROWS, MIRROR_FADE_START
-from warp_rt.specular_albedo import integrate, specular_albedo
+from warp_rt.upload.specular_albedo import integrate, specular_albedo
 
 SLACK = 1e-3
 BALL = 12  # pixels across a ball

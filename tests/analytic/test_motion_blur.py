@@ -10,7 +10,7 @@ from pxr import Usd
 
 import warp_rt
 from warp_rt.api import open_scene
-from warp_rt.shutter import Moment, plan_moments, render_frame
+from warp_rt.rendering.shutter import Moment, plan_moments, render_frame
 
 SIZE = 24  # pixels a side; the window is one unit for each
 SPP = 64

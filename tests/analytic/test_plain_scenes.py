@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import warp_rt.render_kernels
+import warp_rt.rendering.kernel_choice
 from tests.analytic.scenes import box, chart, distant, preview, scene_of, square, whitted
 from warp_rt import Renderer, RenderOptions, Scene, load_scene
-from warp_rt.constant_inputs import with_constant_inputs
-from warp_rt.frame import resolve_options
-from warp_rt.plain import is_plain
+from warp_rt.rendering.constant_inputs import with_constant_inputs
+from warp_rt.rendering.frame import resolve_options
+from warp_rt.rendering.plain import is_plain
 from warp_rt.scene import Dome, Image, Input, Light, LightKind, RayMask, Shadow, Texture
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +37,7 @@ def test_both_kernels_draw_the_same_bits(name: str, monkeypatch: pytest.MonkeyPa
     options = RenderOptions(width=96, spp=2, aovs=("depth", "normal", "uv", "primId"))
     assert is_drawn_plainly(scene, options)
     plain = Renderer(scene, options, device="cpu").render()
-    monkeypatch.setattr(warp_rt.render_kernels, "is_plain", lambda scene, options: False)
+    monkeypatch.setattr(warp_rt.rendering.kernel_choice, "is_plain", lambda scene, options: False)
     other = Renderer(scene, options, device="cpu").render()
     for aov in plain.aovs:
         np.testing.assert_array_equal(plain.aovs[aov], other.aovs[aov], err_msg=aov)

@@ -15,10 +15,10 @@ from xml.etree import ElementTree
 import pytest
 
 import warp_rt
+from warp_rt.rendering.tree_recording import MAX_NODES
 from warp_rt.tree.curves import CURVE_COLORS, LEAVING
 from warp_rt.tree.nodes import Fate
 from warp_rt.tree.text import NODES_SHOWN
-from warp_rt.tree_recording import MAX_NODES
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "tree.md").read_text(encoding="utf-8")

@@ -59,13 +59,13 @@ def test_nothing_heavy_is_loaded(code):
 
 
 def test_import_prints_nothing():
-    code = "import warp_rt, warp_rt.renderer, warp_rt.usd.load, warp_rt.image.image"
+    code = "import warp_rt, warp_rt.rendering.renderer, warp_rt.usd.load, warp_rt.image.image"
     result = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
     assert (result.stdout, result.stderr) == (b"", b"")
 
 
 def test_kernels_need_neither_host_code_nor_pxr():
-    unwanted = {"pxr", "warp_rt.scene", "warp_rt.renderer"}
+    unwanted = {"pxr", "warp_rt.scene", "warp_rt.rendering.renderer"}
     code = f"import sys, warp_rt.kernels.vector; print(sorted({unwanted} & set(sys.modules)))"
     result = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert result.stdout == "[]\n"

@@ -54,7 +54,7 @@ def test_wheel_holds_every_source_file(wheel):
     device = {f"warp_rt/kernels/{path.name}" for path in (ROOT / "kernels").glob("*.py")}
     assert len(host) > 20
     assert len(device) > 10
-    wanted = host | device | {"warp_rt/py.typed", "warp_rt/kernels/py.typed", "warp_rt/specular_albedo.npy"}
+    wanted = host | device | {"warp_rt/py.typed", "warp_rt/kernels/py.typed", "warp_rt/upload/specular_albedo.npy"}
     assert {name for name in names if name.startswith("warp_rt/")} == wanted
 
 

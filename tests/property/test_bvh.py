@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import warp_rt
-from warp_rt.accel import Accel
+from warp_rt.bvh.accel import Accel
+from warp_rt.bvh.forest import check_words
 from warp_rt.errors import LimitError, SceneError
-from warp_rt.forest import check_words
 from warp_rt.kernels.constants import BOX_PADDING
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Instances, Mesh, Scene

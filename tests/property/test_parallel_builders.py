@@ -12,16 +12,17 @@ import pytest
 import warp as wp
 
 import warp_rt
-from warp_rt import forest, jobs
-from warp_rt.accel import refit_accel
+from warp_rt.bvh import forest
+from warp_rt.bvh.accel import refit_accel
+from warp_rt.bvh.forest import build_binary_trees, builder_device, refer_to_triangles
+from warp_rt.device import jobs
+from warp_rt.device.jobs import Executor
+from warp_rt.device.workers import Workers
 from warp_rt.errors import SceneError
-from warp_rt.forest import build_binary_trees, builder_device, refer_to_triangles
-from warp_rt.jobs import Executor
 from warp_rt.kernels.bvh_ploc import Cluster, find_nearest, mark_pairs
 from warp_rt.kernels.constants import PACKET_REACH, PLOC_NODE_WEIGHT, PLOC_RADIUS, WIDTH
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Scene
-from warp_rt.workers import Workers
 
 from ..meshes import Shape, brute_force, octasphere, soup, torus
 from .test_bvh import Reader, check, random_matrices, scene_of

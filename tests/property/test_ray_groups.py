@@ -12,15 +12,15 @@ import pytest
 import warp as wp
 
 import warp_rt
-from warp_rt.accel import Accel, make_stacks
+from warp_rt.bvh.accel import Accel, make_stacks
+from warp_rt.bvh.queries import Hits
+from warp_rt.bvh.ray_order import sort_rays
+from warp_rt.bvh.span_launches import SpanLaunches
+from warp_rt.device.workers import Workers
 from warp_rt.errors import OptionError
 from warp_rt.kernels import query
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
-from warp_rt.queries import Hits
-from warp_rt.ray_order import sort_rays
 from warp_rt.scene import Scene, ShapeKind
-from warp_rt.span_launches import SpanLaunches
-from warp_rt.workers import Workers
 
 from ..aimed_rays import edge_rays
 from ..meshes import octasphere, soup, torus

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import warp_rt
-from warp_rt.accel import refit_accel
+from warp_rt.bvh.accel import refit_accel
 from warp_rt.errors import SceneError
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Scene

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.jobs import Executor, as_warp, numpy_type
+from warp_rt.bvh.reinsertion import reinsert_subtrees
+from warp_rt.device.jobs import Executor, as_warp, numpy_type
+from warp_rt.device.workers import Workers
 from warp_rt.kernels.bvh_collapse import evaluate_above
 from warp_rt.kernels.bvh_reinsert import Links, Listing, find_place, list_nodes
 from warp_rt.kernels.bvh_structs import BinaryNode, BinaryTrees
 from warp_rt.kernels.constants import REINSERTION_STACK, WIDTH
-from warp_rt.reinsertion import reinsert_subtrees
 from warp_rt.warp_setup import init_warp
-from warp_rt.workers import Workers
 
 init_warp()
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})

@@ -9,14 +9,14 @@ import pytest
 import warp as wp
 
 from warp_rt import build_accel
-from warp_rt.accel import make_stacks
-from warp_rt.device_scene import upload_scene
+from warp_rt.bvh.accel import make_stacks
 from warp_rt.kernels.bvh_structs import AccelData, Hit, Stacks, stack_of_thread
 from warp_rt.kernels.bvh_traverse import any_hit_from
 from warp_rt.kernels.observer import Unobserved
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import make_surface, spawn_origin
 from warp_rt.scene import Scene
+from warp_rt.upload.device_scene import upload_scene
 
 from ..meshes import cube, octasphere
 

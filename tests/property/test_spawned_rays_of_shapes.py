@@ -13,14 +13,14 @@ import pytest
 import warp as wp
 
 from warp_rt import build_accel
-from warp_rt.accel import make_stacks
-from warp_rt.device_scene import upload_scene
+from warp_rt.bvh.accel import make_stacks
 from warp_rt.kernels.bvh_structs import AccelData, Stacks, stack_of_thread
 from warp_rt.kernels.bvh_traverse import closest_hit, closest_hit_from
 from warp_rt.kernels.observer import Unobserved
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import make_surface, spawn_origin
 from warp_rt.scene import Instances, Material, MaterialModel, Scene, ShapeKind, Shapes
+from warp_rt.upload.device_scene import upload_scene
 
 from ..shapes_float64 import bezier, cross_swept_ball, crossings, distance_to_swept_ball
 

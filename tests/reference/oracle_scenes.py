@@ -12,7 +12,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from warp_rt.film import Film
+from warp_rt.rendering.film import Film
 
 from ..data import find_test_data
 

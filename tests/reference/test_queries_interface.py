@@ -11,9 +11,9 @@ import pytest
 import warp as wp
 
 import warp_rt
-from warp_rt.accel import Accel
+from warp_rt.bvh.accel import Accel
+from warp_rt.bvh.queries import Hits
 from warp_rt.errors import OptionError
-from warp_rt.queries import Hits
 from warp_rt.scene import Scene
 
 from ..meshes import octasphere

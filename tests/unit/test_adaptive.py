@@ -9,9 +9,9 @@ import pytest
 from pxr import Usd
 
 import warp_rt
-from warp_rt.adaptive import EDGE_PIXELS, MAX_LEVEL, AdaptiveSource, refinement_levels
 from warp_rt.api import open_scene
 from warp_rt.options import RenderOptions
+from warp_rt.rendering.adaptive import EDGE_PIXELS, MAX_LEVEL, AdaptiveSource, refinement_levels
 from warp_rt.scene import Scene
 
 # A square of side 1 that faces an orthographic camera 10 units wide, or a perspective one from DISTANCE.

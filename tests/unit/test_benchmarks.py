@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warp_rt.accel import build_accel
+from warp_rt.bvh.accel import build_accel
 from warp_rt.options import BUILDERS
 from warp_rt.scene import Scene, is_closed
 

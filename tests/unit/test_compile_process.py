@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 import warp as wp
 
-from warp_rt import compile as kernel_compile
-from warp_rt.compile import load_kernels
-from warp_rt.compile_process import CompileProcess
+from warp_rt.device import compile as kernel_compile
+from warp_rt.device.compile import load_kernels
+from warp_rt.device.compile_process import CompileProcess
 from warp_rt.warp_setup import init_warp
 
 LONG = 60.0  # seconds that nothing here takes
@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
     cache = tmp_path / "cache" / str(wp.config.version)
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(cache))
-    monkeypatch.setattr("warp_rt.compile_process.default_thread_count", lambda: 2)
+    monkeypatch.setattr("warp_rt.device.compile_process.default_thread_count", lambda: 2)
     return cache
 
 

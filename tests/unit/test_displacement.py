@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warp_rt.displacement import Displacement, displaced
 from warp_rt.scene import Image, Input, Mesh, Primvar, Texture, Wrap, is_closed
+from warp_rt.scene.displacement import Displacement, displaced
 from warp_rt.usd.volumes import encloses_volume
 
 from ..meshes import octasphere

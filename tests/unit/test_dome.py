@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.dome import irradiance_map
 from warp_rt.kernels.environment import latlong_from_direction
 from warp_rt.kernels.structs import DomeData
+from warp_rt.upload.dome import irradiance_map
 from warp_rt.warp_setup import init_warp
 
 init_warp()

@@ -6,7 +6,7 @@ import pytest
 import warp as wp
 
 from warp_rt.errors import LimitError
-from warp_rt.film_buffers import make_film_buffers
+from warp_rt.rendering.film_buffers import make_film_buffers
 from warp_rt.warp_setup import init_warp
 
 SIDE = 65536

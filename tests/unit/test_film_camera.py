@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from warp_rt.errors import SceneError
-from warp_rt.film_camera import camera_data, choose_camera, conform_window, image_size
 from warp_rt.options import RenderOptions
+from warp_rt.rendering.film_camera import camera_data, choose_camera, conform_window, image_size
 from warp_rt.scene import Camera, Scene, Settings
 
 TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

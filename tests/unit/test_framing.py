@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from warp_rt import Renderer, RenderOptions
-from warp_rt.film_camera import share_of_picture
-from warp_rt.framing import frame_scene
-from warp_rt.headlight import headlight
+from warp_rt.rendering.film_camera import share_of_picture
+from warp_rt.rendering.framing import frame_scene
+from warp_rt.rendering.headlight import headlight
 from warp_rt.scene import Camera, Input, LightKind, Material, MaterialModel, OpacityMode, RayMask, Scene, Settings
 
 TANGENT = 20.955 / 2 / 50  # of half the horizontal field of view of GfCamera

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt import build_accel
-from warp_rt.device_scene import upload_scene
+from warp_rt.bvh.ray_group import make_ray_group
 from warp_rt.kernels.bvh_structs import AccelData, Hit, InstanceRecord
 from warp_rt.kernels.constants import DIRECTION_ROW, GROUP, SPHERE, SURFACE_FLOATS, TRIANGLES
 from warp_rt.kernels.group_structs import RayGroup
@@ -16,8 +16,8 @@ from warp_rt.kernels.group_surfaces import find_surfaces, surface_in_group
 from warp_rt.kernels.line_hit import surface_on_line
 from warp_rt.kernels.structs import RayTask, SceneData
 from warp_rt.kernels.surface import Surface
-from warp_rt.ray_group import make_ray_group
 from warp_rt.scene import Instances, Mesh, Primvar, Scene, ShapeKind, Shapes
+from warp_rt.upload.device_scene import upload_scene
 from warp_rt.warp_setup import init_warp
 
 from ..analytic.scenes import whitted

@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
-from warp_rt.image_pyramid import coarser_levels
 from warp_rt.srgb import linear_from_srgb
+from warp_rt.upload.image_pyramid import coarser_levels
 
 
 def covering(count: int) -> np.ndarray:
@@ -72,6 +72,6 @@ def test_a_single_texel_has_no_coarser_level() -> None:
 def test_large_images_are_read_some_rows_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     pixels = np.random.default_rng(3).integers(0, 256, (37, 10, 4)).astype(np.uint8)
     whole = list(coarser_levels(pixels, is_srgb=True))
-    monkeypatch.setattr("warp_rt.image_pyramid._BLOCK", 60)
+    monkeypatch.setattr("warp_rt.upload.image_pyramid._BLOCK", 60)
     for level, other in zip(whole, coarser_levels(pixels, is_srgb=True), strict=True):
         np.testing.assert_array_equal(level, other)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warp_rt.instance_paths import JoinedPaths, NestedPaths, NumberedPaths
+from warp_rt.scene.instance_paths import JoinedPaths, NestedPaths, NumberedPaths
 
 
 def test_paths_are_what_they_stand_for() -> None:

@@ -11,9 +11,9 @@ import pytest
 from PIL import Image as PilImage
 
 import warp_rt
-from warp_rt import device_images
 from warp_rt.api import open_scene
-from warp_rt.shutter import render_frame
+from warp_rt.rendering.shutter import render_frame
+from warp_rt.upload import device_images
 from warp_rt.usd import image_cache
 
 STAGE = """#usda 1.0

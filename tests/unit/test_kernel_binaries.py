@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import warp as wp
 
-from warp_rt import kernel_binaries
+from warp_rt.device import kernel_binaries
 from warp_rt.kernels import render_plain
 from warp_rt.warp_setup import init_warp
 

@@ -11,11 +11,19 @@ import numpy as np
 import pytest
 
 from warp_rt import Renderer, RenderOptions
+from warp_rt.device.launch import (
+    CUDA_BAND_PIXELS,
+    CUDA_SCRATCH_BYTES,
+    Deadline,
+    StopFlag,
+    bands_of,
+    run_tiles,
+    tiles_of,
+)
 from warp_rt.errors import LimitError
 from warp_rt.kernels.structs import RayTask
-from warp_rt.launch import CUDA_BAND_PIXELS, CUDA_SCRATCH_BYTES, Deadline, StopFlag, bands_of, run_tiles, tiles_of
 from warp_rt.options import MAX_DEPTH
-from warp_rt.task_stack import task_bytes, task_capacity
+from warp_rt.rendering.task_stack import task_bytes, task_capacity
 from warp_rt.warp_setup import init_warp
 
 from ..analytic.scenes import parallel, scene_of, square, whitted

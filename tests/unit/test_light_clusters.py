@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warp_rt.light_clusters import leaf_count, light_clusters
+from warp_rt.upload.light_clusters import leaf_count, light_clusters
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 13])

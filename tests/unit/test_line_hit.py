@@ -8,11 +8,11 @@ import numpy as np
 import warp as wp
 
 from warp_rt import Scene, build_accel
-from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.bvh_structs import Hit
 from warp_rt.kernels.line_hit import correct_hit
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import load_triangle, transform_vector
+from warp_rt.upload.device_scene import upload_scene
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

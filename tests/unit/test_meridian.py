@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.device_lights import light_record
 from warp_rt.kernels.constants import MERIDIAN_CELLS
 from warp_rt.kernels.outline import SeenPart, outlined_light
 from warp_rt.kernels.structs import LightData, MeridianData, SceneData
-from warp_rt.light_tables import LightTables
-from warp_rt.meridian_tables import meridian_record
 from warp_rt.scene import Light, LightKind, Profile
+from warp_rt.upload.device_lights import light_record
+from warp_rt.upload.light_tables import LightTables
+from warp_rt.upload.meridian_tables import meridian_record
 from warp_rt.warp_setup import init_warp
 
 from ..lights_float64 import arriving, patches

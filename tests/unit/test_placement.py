@@ -4,8 +4,8 @@
 
 import numpy as np
 
-from warp_rt.placement import place_scene, relative_points
 from warp_rt.scene import Scene
+from warp_rt.scene.placement import place_scene, relative_points
 
 from ..meshes import cube
 

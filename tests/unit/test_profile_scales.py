@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
-from warp_rt.profile_scales import profile_scales
 from warp_rt.scene import Profile
+from warp_rt.upload.profile_scales import profile_scales
 
 
 def profile(vertical, rows, horizontal=(0, 360)):

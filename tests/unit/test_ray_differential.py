@@ -11,7 +11,6 @@ import pytest
 import warp as wp
 
 from warp_rt import Scene
-from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.bvh_structs import Hit
 from warp_rt.kernels.environment import latlong_differential, latlong_from_direction
 from warp_rt.kernels.ray_differential import bend_differential, coordinate_differential, reach_on_curve, set_footprint
@@ -19,6 +18,7 @@ from warp_rt.kernels.structs import DomeData, RayDifferential, SceneData
 from warp_rt.kernels.surface import make_surface
 from warp_rt.kernels.vector import face_forward
 from warp_rt.scene import Instances, Material, MaterialModel, Mesh, Primvar, ShapeKind, Shapes
+from warp_rt.upload.device_scene import upload_scene
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

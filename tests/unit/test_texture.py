@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.device_scene import upload_scene
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.texture_node import eval_texture
 from warp_rt.scene import Image, Instances, Scene, Texture, Wrap
-from warp_rt.texture_values import grid_values, texture_values
+from warp_rt.scene.texture_values import grid_values, texture_values
+from warp_rt.upload.device_scene import upload_scene
 from warp_rt.warp_setup import init_warp
 
 init_warp()

@@ -9,7 +9,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import OpacityMode
-from warp_rt.texture_values import texture_values
+from warp_rt.scene.texture_values import texture_values
 from warp_rt.usd.materials import MaterialReader
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
-from warp_rt.device_lights import light_record
-from warp_rt.light_tables import LightTables
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Instances, LightKind, Shadow
+from warp_rt.upload.device_lights import light_record
+from warp_rt.upload.light_tables import LightTables
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.lights import is_light, read_light
 from warp_rt.usd.mesh_lights import MeshLightReader

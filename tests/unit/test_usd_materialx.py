@@ -13,7 +13,7 @@ from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import OpacityMode, Wrap
-from warp_rt.texture_values import texture_values
+from warp_rt.scene.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.surface_inputs import InputReader

@@ -10,8 +10,8 @@ from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Tiles, Wrap
+from warp_rt.scene.texture_values import texture_values
 from warp_rt.srgb import linear_from_srgb
-from warp_rt.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.surface_inputs import InputReader

@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import pytest
 
-from warp_rt import workers
-from warp_rt.workers import Workers, default_thread_count
+from warp_rt.device import workers
+from warp_rt.device.workers import Workers, default_thread_count
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, None])
@@ -236,7 +236,7 @@ def test_a_forked_child_has_threads_of_its_own() -> None:
     """In a process with no other threads than these: some of a test run's may hold locks."""
     code = """
 import os
-from warp_rt.workers import Workers
+from warp_rt.device.workers import Workers
 done = []
 Workers(3).map(lambda item, _: done.append(item), range(30))
 child = os.fork()

@@ -33,8 +33,8 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _findings() -> dict[str, Any]:
-    from warp_rt.devices import kernel_cache, list_devices
-    from warp_rt.workers import default_thread_count
+    from warp_rt.device.devices import kernel_cache, list_devices
+    from warp_rt.device.workers import default_thread_count
 
     cache = kernel_cache()
     return {

@@ -93,8 +93,8 @@ def _facts(scene: Scene) -> dict[str, Any]:
 
 def _picture(scene: Scene) -> dict[str, Any]:
     """Return the camera that a render without further options looks through, and the size of its picture [pixel]."""
-    from warp_rt.film_camera import choose_camera, frame_camera, image_size
     from warp_rt.options import RenderOptions
+    from warp_rt.rendering.film_camera import choose_camera, frame_camera, image_size
 
     options = RenderOptions()
     camera = choose_camera(scene, None) or frame_camera(scene, options)

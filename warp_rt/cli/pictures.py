@@ -26,9 +26,9 @@ from warp_rt.options import RenderOptions
 from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.renderer import Renderer
     from warp_rt.scene import Camera, Product, Scene
-    from warp_rt.scene_source import RefinableSource, SceneSource
+    from warp_rt.scene.source import RefinableSource, SceneSource
 
 View = tuple["Scene", "str | Camera | None"]
 """A scene, and the camera that sees it: its name, one of the command's own, or None for the scene's."""
@@ -84,7 +84,7 @@ def make_pictures(
     for shot in shots:
         for path in planned_files(shot.output, shot.aovs).values():
             check_writable(path)  # before any work whose result could not be kept
-    import warp_rt.renderer  # noqa: F401  (loading Warp belongs to the start, not to a frame)
+    import warp_rt.rendering.renderer  # noqa: F401  (loading Warp belongs to the start, not to a frame)
 
     start = seconds_since_start()
     voice = Voice(terminal)
@@ -126,8 +126,8 @@ class _Run:
 def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) -> tuple[dict[str, Any], Renderer]:
     """Make one picture and return its JSON object and renderer, whose hierarchy the next frame may refit."""
     from warp_rt.image.image import Image
-    from warp_rt.renderer import Renderer
-    from warp_rt.shutter import render_frame
+    from warp_rt.rendering.renderer import Renderer
+    from warp_rt.rendering.shutter import render_frame
 
     begin = time.perf_counter()
     files = planned_files(shot.output, shot.aovs).values()

@@ -107,7 +107,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         if not args.show_domes:
             scene = replace(scene, domes=tuple(replace(dome, is_visible=False) for dome in scene.domes))
         if args.camera_light:
-            from warp_rt.headlight import headlight
+            from warp_rt.rendering.headlight import headlight
 
             scene = replace(scene, lights=(*scene.lights, headlight(camera)))
         return scene, camera
@@ -132,7 +132,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
 
 def _camera(scene: Scene, name: str | None, options: RenderOptions) -> Camera:
     """Return usdrecord's camera: the one asked for, the render settings', ``main_cam``, or one that frames it all."""
-    from warp_rt.film_camera import choose_camera, frame_camera
+    from warp_rt.rendering.film_camera import choose_camera, frame_camera
 
     chosen = choose_camera(scene, name, as_usdrecord=True)
     return chosen or frame_camera(scene, options, as_usdrecord=True)

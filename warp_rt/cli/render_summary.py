@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
-    from warp_rt.film import Film
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.film import Film
+    from warp_rt.rendering.renderer import Renderer
 
 _NAMED = 4  # files of a summary; of more it names two
 _TRACED = ("primary", "reflection", "refraction", "shadow")

@@ -102,7 +102,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     files = series_files(folder, args.depths, args.format)
     _check_folder(folder, files)
     from warp_rt.image.depth_series import make_series
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.renderer import Renderer
 
     start = seconds_since_start()
     voice = Voice(terminal)

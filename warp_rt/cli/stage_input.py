@@ -18,7 +18,7 @@ from warp_rt.options import ADAPTIVE, COMPLEXITIES
 if TYPE_CHECKING:
     from warp_rt.options import RenderOptions
     from warp_rt.scene import Camera, Scene
-    from warp_rt.scene_source import RefinableSource, SceneSource
+    from warp_rt.scene.source import RefinableSource, SceneSource
 
 
 def open_refined_stage(
@@ -38,7 +38,7 @@ def open_refined_stage(
     refinable = source or open_stage(args)
     if args.complexity != ADAPTIVE:
         return refinable
-    from warp_rt.adaptive import AdaptiveSource
+    from warp_rt.rendering.adaptive import AdaptiveSource
 
     return AdaptiveSource(refinable, options, view or (lambda scene: (scene, args.camera)))
 

@@ -71,7 +71,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     check_display(args.exposure, args.tonemap)
     _check_form(args)
     frame = parse_frame(args.frames)
-    from warp_rt.renderer import Renderer
+    from warp_rt.rendering.renderer import Renderer
 
     voice = Voice(terminal)
     scene = read_stage(

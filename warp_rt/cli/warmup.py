@@ -23,7 +23,7 @@ def parser() -> Parser:
 
 def run(args: argparse.Namespace, terminal: Terminal) -> int:
     """Compile and tell how long it took; return the exit code."""
-    from warp_rt.compile import warmup
+    from warp_rt.device.compile import warmup
 
     begin = time.perf_counter()
     warmup(args.device, on_compile=lambda: terminal.detail(COMPILING))

@@ -26,7 +26,7 @@ _BELOW_WHITE = 95.0
 
 
 class Rays(Protocol):
-    """How many rays a picture took; ``warp_rt.film.RayCounts`` is one."""
+    """How many rays a picture took; ``warp_rt.rendering.film.RayCounts`` is one."""
 
     @property
     def total(self) -> int:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warp_rt.scene import Image, Texture, Tiles, Wrap
-from warp_rt.texture_values import decoded_texels, grid_values, texture_values
+from warp_rt.scene.texture_values import decoded_texels, grid_values, texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.signals import CHANNELS, Signal, Source
 

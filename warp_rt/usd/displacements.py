@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from warp_rt.displacement import Displacement, displaced
 from warp_rt.report import Report
 from warp_rt.scene import Instances, Mesh, Shapes
+from warp_rt.scene.displacement import Displacement, displaced
 from warp_rt.usd.materials import DISPLACEMENT, MaterialReader
 from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
 from warp_rt.usd.primvars import Values

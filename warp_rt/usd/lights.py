@@ -18,9 +18,9 @@ from typing import Protocol
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from warp_rt.light_shapes import ellipse_circumference, ellipsoid_area
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Light, LightKind, Shadow
+from warp_rt.scene.light_shapes import ellipse_circumference, ellipsoid_area
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.dome_layouts import LAYOUTS
 from warp_rt.usd.ies import ProfileCache

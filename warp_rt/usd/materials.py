@@ -16,9 +16,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
-from warp_rt.displacement import Displacement
 from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
+from warp_rt.scene.displacement import Displacement
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
 from warp_rt.usd.bsdf_graphs import SURFACE as SURFACE_OF_BSDFS

@@ -11,7 +11,7 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.errors import LimitError
-from warp_rt.instance_paths import JoinedPaths, NestedPaths
+from warp_rt.scene.instance_paths import JoinedPaths, NestedPaths
 from warp_rt.usd.gprims import Gprims
 from warp_rt.usd.primvars import Values, merge_width
 

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from warp_rt.instance_paths import NumberedPaths
 from warp_rt.report import Report
+from warp_rt.scene.instance_paths import NumberedPaths
 from warp_rt.usd.bindings import read_bindings
 from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility

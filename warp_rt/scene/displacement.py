@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Displacement: points of a mesh moved along its smooth normal, and normals made anew from where they come to lie.
+
+What lies at one place stays together: points there move alike, by the mean of what their corners say, so that no seam
+of texture coordinates, normals or materials opens into a crack.
+
+Reference: UsdPreviewSurface Specification 2.6, displacement; Cook (1984), Shade Trees, section 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warp_rt.scene import Image, Input, Mesh, Primvar, Texture
+from warp_rt.scene.texture_values import texture_values
+
+MAX_HEIGHT = 1e12  # the reach of a mesh's coordinates
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """How far a material moves its surface along the normal: ``scale`` times a scalar input, in the mesh's units."""
+
+    height: Input
+    scale: float = 1.0
+
+
+def displaced(
+    mesh: Mesh,
+    displacements: Sequence[Displacement | None],
+    constants: Mapping[str, np.ndarray],
+    textures: Sequence[Texture],
+    images: Sequence[Image],
+) -> Mesh:
+    """Return a mesh whose points are moved by the displacement of its materials.
+
+    Corners that shared a normal at a place share one afterwards: the mean of the faces there, weighted by angle. So
+    creases stay creases, and a mesh without normals stays flat.
+
+    Args:
+        mesh: The mesh; its vertices alone move, however coarse they are.
+        displacements: Of each material slot; None: the surface stays.
+        constants: Primvars that the mesh inherits, float32, shape [c], by name.
+        textures: Rows that ``Input.texture`` counts.
+        images: Rows that ``Texture.image`` counts.
+
+    Reference: Thuermer and Wuethrich (1998), Computing Vertex Normals from Polygonal Facets (weights).
+    """
+    triangles = mesh.triangles.astype(np.int64)
+    points = mesh.points.astype(np.float64)
+    heights = _heights(mesh, displacements, constants, textures, images)
+    weighted = _weighted_normals(points, triangles)
+    place = _places(mesh, triangles, weighted)
+    along = _unit(_sums(place[triangles], _corner_normals(mesh, weighted)))
+    corners = np.bincount(place[triangles].reshape(-1), minlength=len(along))
+    height = np.bincount(place[triangles].reshape(-1), heights.reshape(-1), len(along)) / np.maximum(corners, 1)
+    moved = points + (height[:, None] * along)[place]
+    normals = None
+    if mesh.normals is not None:
+        normals = _new_normals(mesh.normals, place, triangles, _weighted_normals(moved, triangles))
+    return replace(mesh, points=moved.astype(np.float32), normals=normals)
+
+
+def _heights(
+    mesh: Mesh,
+    displacements: Sequence[Displacement | None],
+    constants: Mapping[str, np.ndarray],
+    textures: Sequence[Texture],
+    images: Sequence[Image],
+) -> np.ndarray:
+    """Return how far each corner of each triangle is to move: float64, shape [m, 3]."""
+    heights = np.zeros(mesh.triangles.shape)
+    for slot, displacement in enumerate(displacements):
+        if displacement is None:
+            continue
+        chosen = slice(None) if mesh.material_slots is None else np.flatnonzero(mesh.material_slots == slot)
+        values = input_values(displacement.height, mesh, constants, textures, images)
+        rows = values.values[:, 0].astype(np.float64) * displacement.scale
+        rows = np.clip(np.nan_to_num(rows), -MAX_HEIGHT, MAX_HEIGHT)
+        heights[chosen] = rows[0] if values.indices is None else rows[values.indices[chosen]]
+    return heights
+
+
+def input_values(
+    port: Input,
+    mesh: Mesh,
+    constants: Mapping[str, np.ndarray],
+    textures: Sequence[Texture],
+    images: Sequence[Image],
+) -> Primvar:
+    """Return a material's input over a mesh, by corner as its primvars: float64 values, shape [k, 4].
+
+    Arguments are those of ``displaced``. A primvar of the mesh precedes an inherited one, and that the fallback.
+    """
+    if port.texture >= 0:
+        texture = textures[port.texture]
+        st = _primvar(texture.primvar, mesh, constants, (*texture.uv_fallback, 0.0, 0.0))
+        found = Primvar(texture_values(texture, images, st.values[:, :2]), st.indices)
+    else:
+        given = _primvar(port.primvar, mesh, constants, port.value)
+        found = Primvar(given.values * port.scale + port.bias, given.indices)
+    if port.channel < 0:
+        return found
+    return Primvar(np.repeat(found.values[:, port.channel, None], 4, axis=1), found.indices)
+
+
+def _primvar(
+    name: str, mesh: Mesh, constants: Mapping[str, np.ndarray], fallback: tuple[float, float, float, float]
+) -> Primvar:
+    """Return a primvar padded to four components with zeros."""
+    if name and name in mesh.primvars:
+        values, indices = mesh.primvars[name].values, mesh.primvars[name].indices
+    elif name and name in constants:
+        values, indices = constants[name][None], None
+    else:
+        values, indices = np.array([fallback]), None
+    padded = np.zeros((len(values), 4))
+    padded[:, : values.shape[1]] = values
+    return Primvar(padded, indices)
+
+
+def _places(mesh: Mesh, triangles: np.ndarray, weighted: np.ndarray) -> np.ndarray:
+    """Return which points move as one, int64, shape [n]: those at one place, unless their faces turn away.
+
+    Sheets that lie back to back share places and no normal, and each goes its own way.
+    """
+    place = _equal_rows(mesh.points)
+    own = _unit(_sums(triangles, weighted, len(mesh.points)))
+    shared = _unit(_sums(place, own))
+    turns_away = np.flatnonzero((own * shared[place]).sum(axis=1) <= 0)
+    place[turns_away] = shared.shape[0] + np.arange(len(turns_away))
+    return place
+
+
+def _corner_normals(mesh: Mesh, weighted: np.ndarray) -> np.ndarray:
+    """Return the normal at each corner, with the corner's weight as its length: float64, shape [m, 3, 3]."""
+    if mesh.normals is None or mesh.normals.indices is None:
+        return weighted
+    normals = _unit(mesh.normals.values.astype(np.float64))[mesh.normals.indices]
+    return normals * np.linalg.norm(weighted, axis=2, keepdims=True)
+
+
+def _new_normals(old: Primvar, place: np.ndarray, triangles: np.ndarray, weighted: np.ndarray) -> Primvar:
+    """Return a normal for each set of corners that had the same one at the same place."""
+    rows = np.zeros_like(triangles) if old.indices is None else old.indices
+    keys = place[triangles] * np.int64(len(old.values)) + _equal_rows(old.values)[rows]
+    used, corner = np.unique(keys, return_inverse=True)
+    corner = corner.reshape(triangles.shape)
+    sums = _sums(corner, weighted, len(used))
+    normals = _unit(sums)
+    # Where faces have collapsed, the old normal is as good as any.
+    lost = np.flatnonzero(~(np.abs(sums).sum(axis=1) > 0))
+    if len(lost):
+        previous = np.zeros((len(used), 3))
+        previous[corner] = old.values[rows]
+        normals[lost] = previous[lost]
+    return Primvar(normals.astype(np.float32), corner.astype(np.int32))
+
+
+def _weighted_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the unit normal of each triangle times its angle, for each corner: float64, shape [m, 3, 3]."""
+    corner = points[triangles]
+    onward = _unit(np.roll(corner, -1, axis=1) - corner)
+    backward = _unit(np.roll(corner, 1, axis=1) - corner)
+    normal = _unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
+    angle = np.arctan2(np.linalg.norm(np.cross(onward, backward), axis=2), (onward * backward).sum(axis=2))
+    return normal[:, None] * angle[..., None]
+
+
+def _equal_rows(vectors: np.ndarray) -> np.ndarray:
+    """Return a number for each row, the same for equal rows: int64, shape [n], from 0 without gaps."""
+    columns = vectors.T + np.float32(0)  # -0 becomes 0
+    order = np.lexsort(columns)
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (columns[:, order[1:]] != columns[:, order[:-1]]).any(axis=0)
+    number = np.empty(len(order), np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    return number
+
+
+def _sums(rows: np.ndarray, vectors: np.ndarray, count: int = 0) -> np.ndarray:
+    """Return the sum of vectors by row: float64, shape [count or more, 3]."""
+    flat = vectors.reshape(-1, 3)
+    return np.stack([np.bincount(rows.reshape(-1), flat[:, axis], count) for axis in range(3)], axis=1)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors of length 1; those of length 0 as they are."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
