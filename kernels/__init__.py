@@ -7,11 +7,29 @@ Functions can be had from their file, ``from warp_rt.kernels.vector import refle
 """
 
 from importlib import import_module
+from os import scandir
 from pkgutil import iter_modules
 from typing import Any
 
 if __name__ != "warp_rt.kernels":
     raise ImportError("import warp_rt.kernels, not kernels: a second copy would define every wp.struct twice")
+
+
+def _file_states() -> dict[str, tuple[int, ...]]:
+    """Return what tells that a file of this folder has been written to, by its name; nothing in an archive."""
+    try:
+        files = [(file.name, file.stat()) for file in scandir(__path__[0]) if file.name.endswith(".py")]
+    except OSError:
+        return {}
+    return {name: (state.st_mtime_ns, state.st_ctime_ns, state.st_size, state.st_ino) for name, state in files}
+
+
+_states_at_import: dict[str, tuple[int, ...]] = globals().get("_states_at_import") or _file_states()  # not if reloaded
+
+
+def is_as_imported() -> bool:
+    """Return whether the files are known to be what they were before this process imported the first of them."""
+    return bool(_states_at_import) and _file_states() == _states_at_import
 
 
 def __getattr__(name: str) -> Any:

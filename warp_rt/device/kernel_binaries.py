@@ -7,25 +7,33 @@ would have to import, parse and resolve six hundred functions, which takes as lo
 takes. A file of kernels that has an ``import_body`` is known by its text instead, and by those of all files that it
 imports: there is nothing else that a kernel could depend on, but Warp and its settings. Its binaries lie beside Warp's
 own, and are cleared with them.
+
+The text has to be the one that was imported. Where a file has been written to since this process imported the first of
+them, nobody knows which of the two a function came from; so that process keeps what it compiles to itself.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
+import shutil
+import tempfile
 import threading
-from enum import Enum
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
 import warp as wp
 
+from warp_rt.kernels import is_as_imported
+
 _lock = threading.Lock()
 _CPU_BLOCK, _CUDA_BLOCK = 1, 256  # threads a block of Warp's launches
 _IMPORT = re.compile(rb"^\s*from \.(\w+) import", re.MULTILINE)  # as all kernel files write it
 _NOT_COMPILED_IN = {"kernel_cache_dir", "log_level", "print_launches", "verbose_warnings"}
 """Settings of Warp that leave binaries as they are."""
+_NAMES_ONLY = "strip_hash"
+"""The option of a module that is set as it is loaded, and changes but names."""
 
 
 def load_module(module: ModuleType, device: str) -> None:
@@ -40,21 +48,47 @@ def load_module(module: ModuleType, device: str) -> None:
         device: Resolved.
     """
     with _lock:
-        if not hasattr(module, "import_body"):
+        has_body = hasattr(module, "import_body")
+        digest = _source_digest(str(module.__file__)) if has_body else None
+        if digest is None:
+            if has_body:
+                module.import_body()
             wp.load_module(module, device=device)
             return
         _choose_block(module, device)
-        folder = _folder(module)
-        try:
-            wp.load_aot_module(module, device, module_dir=folder, strip_hash=True)
-        except FileNotFoundError:
-            module.import_body()
+        folder = _folder(module, digest)
+        if _is_loaded(module, device, folder):
+            return
+        module.import_body()
+        if is_as_imported():
             _compile(module, device, folder)
-            wp.load_aot_module(module, device, module_dir=folder, strip_hash=True)
+            _load(module, device, folder)
+        else:
+            with tempfile.TemporaryDirectory(prefix="warp_rt_", ignore_cleanup_errors=True) as private:
+                _compile(module, device, Path(private, folder.name))
+                _load(module, device, Path(private, folder.name))
+
+
+def _is_loaded(module: ModuleType, device: str, folder: Path) -> bool:
+    """Load what a folder has, and return whether that was possible; a folder of damaged files is cleared."""
+    try:
+        _load(module, device, folder)
+    except FileNotFoundError:
+        return False
+    except Exception:  # Warp raises no narrower one for a file cut short, as by a full disk
+        shutil.rmtree(folder, ignore_errors=True)
+        return False
+    return True
+
+
+def _load(module: ModuleType, device: str, folder: Path) -> None:
+    """Load what was compiled for a device into a folder."""
+    wp.load_aot_module(module, device, module_dir=folder, strip_hash=True)
 
 
 def _compile(module: ModuleType, device: str, folder: Path) -> None:
     """Compile a file for a device into a folder, which nobody ever sees half filled."""
+    wp.set_module_options({}, module=module)  # has Warp forget a hash without what import_body imports
     level = wp.config.log_level
     # Warp warns of objects that are meant for this machine's processor alone; their names say for which.
     wp.config.log_level = wp.LOG_ERROR
@@ -71,20 +105,48 @@ def _choose_block(module: ModuleType, device: str) -> None:
         wp.set_module_options({"block_dim": block}, module=module)
 
 
-def _folder(module: ModuleType) -> Path:
-    """Return where the binaries of a file are kept."""
-    digest = hashlib.sha256(_source_digest(str(module.__file__)))
-    for name, value in sorted(vars(wp.config).items()):
-        is_setting = isinstance(value, str | int | float | Enum | None) and not name.startswith("_")
-        if is_setting and name not in _NOT_COMPILED_IN:
-            digest.update(f"{name}={value!r}\n".encode())
+def _folder(module: ModuleType, source: bytes) -> Path:
+    """Return where the binaries of a file are kept, whose texts have a digest."""
+    digest = hashlib.sha256(source)
+    settings = {name: value for name, value in vars(wp.config).items() if name not in _NOT_COMPILED_IN}
+    options = {name: value for name, value in wp.get_module_options(module).items() if name != _NAMES_ONLY}
+    for values in settings, options:
+        for name, value in sorted(values.items()):
+            if not (name.startswith("_") or callable(value) or isinstance(value, ModuleType)):
+                digest.update(f"{name}={_text(value)}\n".encode())
     return Path(str(wp.config.kernel_cache_dir), f"wp_{module.__name__}_{digest.hexdigest()[:16]}")
 
 
+def _text(value: object) -> str:
+    """Return a setting as text, in one order whatever order it was made in."""
+    if isinstance(value, dict):
+        return repr(sorted((repr(key), _text(item)) for key, item in value.items()))
+    return repr(sorted(map(repr, value)) if isinstance(value, set | frozenset) else value)
+
+
 @cache
-def _source_digest(path: str) -> bytes:
-    """Return a digest of the texts of a kernel file and of all those that it imports, directly or not."""
-    waiting = [Path(path)]
+def _source_digest(path: str) -> bytes | None:
+    """Return a digest of what this process has imported from a kernel file and those that it imports.
+
+    Returns:
+        None where that is not known: there are no files of text, as in an archive, or they have been written to since.
+    """
+    try:
+        digest = _text_digest(Path(path))
+        return digest if is_as_imported() else None
+    except OSError:
+        return None
+
+
+def _text_digest(path: Path) -> bytes:
+    """Return a digest of the texts of a kernel file and of all those that it imports, directly or not.
+
+    Raises:
+        OSError: One of them cannot be read.
+    """
+    if path.suffix != ".py":
+        raise FileNotFoundError(f"{path} is no text")
+    waiting = [path]
     texts: dict[Path, bytes] = {}
     while waiting:
         file = waiting.pop()
