@@ -17,9 +17,13 @@ import warp as wp
 from .bounds import box_half_area
 from .bvh_collapse import evaluate_costs
 from .bvh_structs import BinaryNode, BinaryTrees
-from .constants import REINSERTION_STACK
+from .constants import REINSERTION_STACK, REINSERTION_VISITS
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
+
+ROUNDING = wp.constant(1.0e-6)
+"""What a move has to save, as part of the largest area that its gain is reckoned from: less may be rounding, and moves
+that only seem to pay never come to an end."""
 
 
 @wp.struct
@@ -32,6 +36,10 @@ class Links:
     """By tree: the slot of its root."""
     is_stale: wp.array[wp.bool]
     """By slot: whether the node's costs are of another subtree than it has now. So are then those of its ancestors."""
+    heights: wp.array[int]
+    """By slot: edges from the node down to the deepest leaf below it."""
+    height_limits: wp.array[int]
+    """By tree: the height that no move may exceed."""
 
 
 @wp.func
@@ -46,6 +54,14 @@ def sibling_of(nodes: wp.array[BinaryNode], parent: int, slot: int) -> int:
     return nodes[parent].right if nodes[parent].left == slot else nodes[parent].left
 
 
+@wp.func
+def height_of(nodes: wp.array[BinaryNode], links: Links, slot: int) -> int:
+    """Return the height of a node, those of its children being known."""
+    if is_leaf(nodes, slot):
+        return 0
+    return 1 + wp.max(links.heights[nodes[slot].left], links.heights[nodes[slot].right])
+
+
 @wp.struct
 class Listing:
     """What binary trees hold."""
@@ -58,10 +74,15 @@ class Listing:
 
 @wp.kernel
 def list_nodes(nodes: wp.array[BinaryNode], links: Links, slots_out: wp.array[int], listing_out: wp.array[Listing]):
-    """Write the slots of all nodes, each tree's in preorder, and what they add up to; fill ``links``. One thread."""
+    """Write the slots of all nodes, each tree's in preorder, and what they add up to; fill ``links``. One thread.
+
+    A tree may become one level higher than it is. Without a limit, boxes that lie within each other, which have least
+    area as a chain, make a thousand levels of twenty.
+    """
     count = int(0)
     area = wp.float64(0.0)
     for tree in range(links.roots.shape[0]):
+        first = int(count)
         slot = int(links.roots[tree])
         links.parents[slot] = -1 - tree
         while slot >= 0:
@@ -80,15 +101,18 @@ def list_nodes(nodes: wp.array[BinaryNode], links: Links, slots_out: wp.array[in
                     slot = parent
                     parent = links.parents[slot]
                 slot = nodes[parent].right if parent >= 0 else -1
+        for step in range(count - first):
+            links.heights[slots_out[count - 1 - step]] = height_of(nodes, links, slots_out[count - 1 - step])
+        links.height_limits[tree] = links.heights[links.roots[tree]] + 1
     listing_out[0].count = count
     listing_out[0].area = area
 
 
 @wp.func
 def find_place(
-    nodes: wp.array[BinaryNode], parents: wp.array[int], slot: int, stack: wp.array[int], gains: wp.array[float]
-) -> tuple[int, float]:
-    """Return the node beside which a subtree makes the least area of inner nodes, and half of what that saves.
+    nodes: wp.array[BinaryNode], links: Links, slot: int, stack: wp.array[int], gains: wp.array[float]
+) -> tuple[int, float, int]:
+    """Return the node beside which a subtree makes the least area of inner nodes, half of what that saves, and visits.
 
     -1 and 0 where no node is better than its sibling.
 
@@ -97,16 +121,27 @@ def find_place(
     out. The gain at a node is the area of the parent that goes, plus what the ancestors up to the common one shrink by,
     minus what the nodes below that one grow by, minus the area of the new parent, at least that of the subtree itself.
 
+    Where boxes lie within each other, that leaves out next to nothing: so the search ends with REINSERTION_VISITS nodes
+    and ancestors looked at, the nearest first, and returns the best among these. Places are passed over where the tree
+    would become higher than it may.
+
     Args:
         nodes: Binary trees.
-        parents: See ``Links``.
+        links: Theirs.
         slot: The root of the subtree.
-        stack: Working memory, shape [REINSERTION_STACK].
-        gains: Likewise.
+        stack: Working memory, shape [2 REINSERTION_STACK]: nodes, and how deep each is.
+        gains: Likewise, shape [REINSERTION_STACK].
     """
-    parent = parents[slot]
+    parent = links.parents[slot]
     if parent < 0:
-        return -1, 0.0
+        return -1, 0.0, 0
+    depth = int(0)  # of the ancestor whose other child is searched
+    above = int(parent)
+    while links.parents[above] >= 0:
+        above = links.parents[above]
+        depth += 1
+    limit = links.height_limits[-1 - links.parents[above]] - 1
+    height = links.heights[slot]
     low = nodes[slot].low
     high = nodes[slot].high
     area = box_half_area(low, high)
@@ -116,29 +151,39 @@ def find_place(
     # The box of the ancestor that was searched last, without the subtree.
     left_low = nodes[sibling].low
     left_high = nodes[sibling].high
-    saved = float(box_half_area(nodes[parent].low, nodes[parent].high))
+    above_area = float(box_half_area(nodes[parent].low, nodes[parent].high))
+    saved = float(above_area)
     beside = int(sibling)
-    above = int(parent)
-    while above >= 0:
+    above = parent
+    visits = int(0)
+    while above >= 0 and visits < REINSERTION_VISITS:
+        visits += 1
+        need = wp.max(best, ROUNDING * above_area)
         stack[0] = beside
+        stack[1] = depth + 1
         gains[0] = saved
         top = int(1)
-        while top > 0:
+        while top > 0 and visits < REINSERTION_VISITS:
             top -= 1
-            if gains[top] - area > best:
-                at = stack[top]
+            if gains[top] - area > need:
+                visits += 1
+                at = stack[2 * top]
+                at_depth = stack[2 * top + 1]
                 before = gains[top]
                 at_low = nodes[at].low
                 at_high = nodes[at].high
                 gain = before - box_half_area(wp.min(at_low, low), wp.max(at_high, high))
-                if gain > best and at != sibling:
+                if gain > need and at != sibling and at_depth + wp.max(height, links.heights[at]) <= limit:
+                    need = gain
                     best = gain
                     place = at
                 below = gain + box_half_area(at_low, at_high)
-                if below - area > best and not is_leaf(nodes, at) and top + 2 <= REINSERTION_STACK:
-                    stack[top] = nodes[at].right
+                if below - area > need and not is_leaf(nodes, at) and top + 2 <= REINSERTION_STACK:
+                    stack[2 * top] = nodes[at].right
+                    stack[2 * top + 1] = at_depth + 1
                     gains[top] = below
-                    stack[top + 1] = nodes[at].left
+                    stack[2 * top + 2] = nodes[at].left
+                    stack[2 * top + 3] = at_depth + 1
                     gains[top + 1] = below
                     top += 2
         if above != parent:
@@ -146,27 +191,27 @@ def find_place(
             left_high = wp.max(left_high, nodes[beside].high)
             # Beside this ancestor itself the new parent has the box that the ancestor has now.
             gain_here = saved - box_half_area(left_low, left_high)
-            if gain_here > best:
+            if gain_here > need and depth + wp.max(height, links.heights[above]) <= limit:
                 best = gain_here
                 place = above
-            saved = gain_here + box_half_area(nodes[above].low, nodes[above].high)
+            saved = gain_here + above_area
         child = int(above)
-        above = parents[child]
+        above = links.parents[child]
         if above >= 0:
             beside = sibling_of(nodes, above, child)
-    return place, best
+            above_area = box_half_area(nodes[above].low, nodes[above].high)
+            depth -= 1
+    return place, best, visits
 
 
 @wp.kernel
-def find_misplaced(
-    nodes: wp.array[BinaryNode], links: Links, slots: wp.array[int], first: int, is_misplaced_out: wp.array[wp.bool]
-):
-    """Write whether there is a better place for a node."""
-    stack = wp.zeros(shape=(REINSERTION_STACK,), dtype=int)
+def find_gains(nodes: wp.array[BinaryNode], links: Links, slots: wp.array[int], first: int, gains_out: wp.array[float]):
+    """Write half of what a better place for a node saves; 0 where there is none."""
+    stack = wp.zeros(shape=(wp.static(2 * REINSERTION_STACK),), dtype=int)
     gains = wp.zeros(shape=(REINSERTION_STACK,), dtype=float)
     i = first + wp.tid()
-    place, _gain = find_place(nodes, links.parents, slots[i], stack, gains)
-    is_misplaced_out[i] = place >= 0
+    _place, gain, _visits = find_place(nodes, links, slots[i], stack, gains)
+    gains_out[i] = gain
 
 
 @wp.func
@@ -183,25 +228,28 @@ def put(nodes: wp.array[BinaryNode], links: Links, parent: int, old: int, new: i
 
 @wp.func
 def refit(nodes: wp.array[BinaryNode], links: Links, slot: int) -> bool:
-    """Make a node's box anew, whose costs are then stale; return whether it has changed."""
+    """Make a node's box and height anew, its costs being stale then; return whether box or height has changed."""
     low = wp.min(nodes[nodes[slot].left].low, nodes[nodes[slot].right].low)
     high = wp.max(nodes[nodes[slot].left].high, nodes[nodes[slot].right].high)
-    is_same = low == nodes[slot].low and high == nodes[slot].high
+    height = height_of(nodes, links, slot)
+    is_same = low == nodes[slot].low and high == nodes[slot].high and height == links.heights[slot]
     nodes[slot].low = low
     nodes[slot].high = high
+    links.heights[slot] = height
     links.is_stale[slot] = True
     return not is_same
 
 
 @wp.func
 def refit_path(nodes: wp.array[BinaryNode], links: Links, slot: int):
-    """Make boxes anew from a node, or from no node, up to the root, as far as they change; costs all the way."""
+    """Make boxes and heights anew from a node, or from no node, upwards as far as they change; all costs are stale."""
     at = int(slot)
     is_changing = bool(True)
     while at >= 0 and (is_changing or not links.is_stale[at]):
         if is_changing:
             is_changing = refit(nodes, links, at)
-        links.is_stale[at] = True
+        else:
+            links.is_stale[at] = True
         at = links.parents[at]
 
 
@@ -212,11 +260,11 @@ def reinsert(slots: wp.array[int], nodes: wp.array[BinaryNode], links: Links, sa
     Writes by how much half the area of all inner nodes has become less.
     """
     saved = wp.float64(0.0)
-    stack = wp.zeros(shape=(REINSERTION_STACK,), dtype=int)
+    stack = wp.zeros(shape=(wp.static(2 * REINSERTION_STACK),), dtype=int)
     gains = wp.zeros(shape=(REINSERTION_STACK,), dtype=float)
     for i in range(slots.shape[0]):
         slot = slots[i]
-        place, gain = find_place(nodes, links.parents, slot, stack, gains)
+        place, gain, _visits = find_place(nodes, links, slot, stack, gains)
         if place >= 0:
             saved += wp.float64(gain)
             parent = links.parents[slot]

@@ -123,7 +123,12 @@ BUILD_STACK = wp.constant(64)
 """Pending ranges of a builder. It visits the smaller half first, so 2 + log2(2^31) entries are enough."""
 
 REINSERTION_STACK = wp.constant(64)
-"""Subtrees that a search for a better place has yet to look at, one a level: what lies deeper is not looked at."""
+"""Subtrees that a search for a better place has yet to look at, one a level. Where a tree is deeper below where the
+search goes down, what lies deeper is not looked at: a better place there is missed, and the tree stays valid."""
+
+REINSERTION_VISITS = wp.constant(64)
+"""Nodes and ancestors that a search for a better place looks at; some twenty are the rule. What is farther away is not
+looked at. SAH cost of lettering: -5.4 % with 64 and with 128, -4.4 % with 32."""
 
 MIN_EXTENT = wp.constant(1.0e-30)
 """Extent of doubled centroids along an axis up to which the axis cannot be split: its inverse must stay finite."""

@@ -162,9 +162,10 @@ def test_costs_beside_the_surface_area_heuristic(shape: Shape, monkeypatch: pyte
         return warp_rt.build_accel(scene, bvh=bvh).statistics.sah_cost
 
     best, by_clusters, by_codes = cost("sah"), cost("ploc"), cost("lbvh")
-    monkeypatch.setattr(forest, "reinsert_subtrees", lambda *_: None)
+    left_out = []
+    monkeypatch.setattr(forest, "reinsert_subtrees", lambda *trees: left_out.append(trees))
     by_splits = cost("sah")
-    assert by_splits != best  # what is left out here is what runs otherwise
+    assert left_out
     assert by_clusters < 1.1 * min(best, by_splits)
     assert by_codes < 1.33 * by_splits
     assert by_clusters < by_codes

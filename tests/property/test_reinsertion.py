@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warp_rt.bvh import reinsertion
+from warp_rt.bvh.collapse import collapse_forest
+from warp_rt.bvh.forest import build_binary_trees, refer_to_triangles
 from warp_rt.bvh.reinsertion import reinsert_subtrees
 from warp_rt.device.jobs import Executor, as_warp, numpy_type
 from warp_rt.device.workers import Workers
 from warp_rt.kernels.bvh_collapse import evaluate_above
 from warp_rt.kernels.bvh_reinsert import Links, Listing, find_place, list_nodes
 from warp_rt.kernels.bvh_structs import BinaryNode, BinaryTrees
-from warp_rt.kernels.constants import REINSERTION_STACK, WIDTH
+from warp_rt.kernels.constants import REINSERTION_STACK, REINSERTION_VISITS, WIDTH
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -27,12 +30,41 @@ Tree = int | tuple["Tree", "Tree"]
 
 
 @wp.kernel
-def find_places(nodes: wp.array[BinaryNode], parents: wp.array[int], places: wp.array[int], gains_out: wp.array[float]):
-    stack = wp.zeros(shape=(REINSERTION_STACK,), dtype=int)
+def find_places(
+    nodes: wp.array[BinaryNode],
+    links: Links,
+    slots: wp.array[int],
+    places_out: wp.array[int],
+    gains_out: wp.array[float],
+    visits_out: wp.array[int],
+):
+    stack = wp.zeros(shape=(wp.static(2 * REINSERTION_STACK),), dtype=int)
     gains = wp.zeros(shape=(REINSERTION_STACK,), dtype=float)
-    place, gain = find_place(nodes, parents, wp.tid(), stack, gains)
-    places[wp.tid()] = place
+    place, gain, visits = find_place(nodes, links, slots[wp.tid()], stack, gains)
+    places_out[wp.tid()] = place
     gains_out[wp.tid()] = gain
+    visits_out[wp.tid()] = visits
+
+
+def list_all(trees: BinaryTrees, roots: wp.array) -> tuple[Links, wp.array, np.void]:
+    """Return the links of trees, the slots of their nodes, and what they add up to."""
+    count = trees.nodes.shape[0]
+    links = Links()
+    links.parents, links.heights, slots = (wp.empty(count, dtype=int, device="cpu") for _ in range(3))
+    links.is_stale = wp.empty(count, dtype=wp.bool, device="cpu")
+    links.height_limits = wp.empty(len(roots), dtype=int, device="cpu")
+    links.roots = roots
+    listing = np.empty(1, numpy_type(Listing))
+    wp.launch(list_nodes, 1, inputs=[trees.nodes, links], outputs=[slots, as_warp(listing, Listing)], device="cpu")
+    return links, slots[: int(listing["count"][0])], listing[0]
+
+
+def search(trees: BinaryTrees, links: Links, slots: wp.array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return of each node the best place, the gain there, and what was looked at for it."""
+    outputs = [wp.empty(len(slots), dtype=dtype, device="cpu") for dtype in (int, float, int)]
+    wp.launch(find_places, len(slots), inputs=[trees.nodes, links, slots], outputs=outputs, device="cpu")
+    places, gains, visits = (array.numpy() for array in outputs)
+    return places, gains, visits
 
 
 @dataclass
@@ -172,31 +204,26 @@ def test_the_place_found_is_the_best_of_all(seed: int) -> None:
     forest = Forest(boxes)
     forest.plant(random_tree(list(range(14)), rng))
     trees, count = forest.trees(), len(forest.nodes)
-    links = Links()
-    links.parents = wp.empty(count, dtype=int, device="cpu")
-    links.roots = wp.array(forest.roots, dtype=int, device="cpu")
-    links.is_stale = wp.empty(count, dtype=wp.bool, device="cpu")
-    slots, listing = wp.empty(count, dtype=int, device="cpu"), np.empty(1, numpy_type(Listing))
-    wp.launch(list_nodes, 1, inputs=[trees.nodes, links], outputs=[slots, as_warp(listing, Listing)], device="cpu")
+    links, slots, listing = list_all(trees, wp.array(forest.roots, dtype=int, device="cpu"))
+    links.height_limits.fill_(count)
     tree = forest.subtrees[0]
     before = inner_area(tree, boxes)
     assert slots.numpy().tolist() == list(range(count))
-    assert listing["count"][0] == count
-    assert listing["area"][0] == pytest.approx(before, rel=1e-5)
+    assert listing["count"] == count
+    assert listing["area"] == pytest.approx(before, rel=1e-5)
 
-    places, gains = wp.empty(count, dtype=int, device="cpu"), wp.empty(count, dtype=float, device="cpu")
-    wp.launch(find_places, count, inputs=[trees.nodes, links.parents], outputs=[places, gains], device="cpu")
+    places, gains, _visits = search(trees, links, slots)
     found = 0
     for slot in range(1, count):
         part = forest.subtrees[slot]
         rest = without(tree, part)
         best = before - min(inner_area(other, boxes) for other in every_insertion(rest, part))
-        assert gains.numpy()[slot] == pytest.approx(max(best, 0), abs=1e-5 * before)
-        if places.numpy()[slot] >= 0:
+        assert gains[slot] == pytest.approx(max(best, 0), abs=1e-5 * before)
+        if places[slot] >= 0:
             found += 1
-            place = forest.subtrees[places.numpy()[slot]]
+            place = forest.subtrees[places[slot]]
             assert not set(leaves_of(place)) <= set(leaves_of(part))
-    assert places.numpy()[0] == -1
+    assert places[0] == -1
     assert found > 5
 
 
@@ -240,3 +267,59 @@ def test_trees_stay_whole_and_get_no_larger(kind: str) -> None:
             assert inner_area(moved, boxes) <= inner_area(tree, boxes) * (1 + 1e-5)
     if kind == "uneven":  # random trees are far from what can be had
         assert inner_area(read(trees, int(roots.numpy()[4])), boxes) < 0.6 * inner_area(planted[4], boxes)
+
+
+def nesting_triangles(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return triangles whose boxes lie within or across each other: float32, shape [n, 3, 3]."""
+    if kind == "similar, of all sizes":
+        corners = np.eye(3) * np.exp2(rng.uniform(-60, 40, count))[:, None, None]
+    elif kind == "parallel, within each other":
+        corners = np.eye(3) * (1 + np.arange(count) / count)[:, None, None]
+    elif kind == "long sticks":
+        corners = 1e-3 * rng.random((count, 3, 3))
+        half = 5 + rng.random(count)
+        corners[:, 0, 0] -= half
+        corners[:, 1, 0] += half
+    else:
+        corners = rng.random((count, 3, 3))
+    return corners.astype(np.float32)
+
+
+@pytest.mark.parametrize("is_forced", [False, True], ids=["as it is", "whatever it promises"])
+@pytest.mark.parametrize(
+    "kind", ["similar, of all sizes", "parallel, within each other", "long sticks", "big, anywhere"]
+)
+def test_boxes_within_each_other_make_neither_chains_nor_long_searches(
+    kind: str, is_forced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of such boxes a chain has least area, and the best place could be anywhere."""
+    count, leaf_size = 20_000, int(WIDTH)
+    points = nesting_triangles(kind, count, np.random.default_rng(1)).reshape(-1, 3)
+    executor = Executor("cpu", Workers(1))
+    triangles = as_warp(np.arange(3 * count, dtype=np.int32), wp.int32)
+    counts = np.array([count], np.int32)
+
+    def build() -> tuple[BinaryTrees, wp.array]:
+        references = refer_to_triangles(as_warp(points, wp.vec3), triangles, counts, executor)
+        return build_binary_trees(references, leaf_size=leaf_size, builder="sah", executor=executor, keeps_costs=True)
+
+    trees, roots = build()
+    before = collapse_forest(trees, roots, 0, executor).layout
+    links, slots, _ = list_all(trees, roots)
+    height = int(links.heights.numpy()[roots.numpy()[0]])
+    _, _, visits = search(trees, links, slots)
+    assert visits.max() <= REINSERTION_VISITS
+    assert visits.sum() <= 10 * count
+
+    if is_forced:
+        monkeypatch.setattr(reinsertion, "_PROMISE", 0.0)
+    nodes = trees.nodes.numpy().copy()
+    reinsert_subtrees(trees, roots, executor)
+    links, slots, _ = list_all(trees, roots)
+    assert links.heights.numpy()[roots.numpy()[0]] <= height + 1
+    if is_forced:
+        assert kind.startswith("parallel") or (trees.nodes.numpy() != nodes)[slots.numpy()].any()
+    after = collapse_forest(trees, roots, 0, executor).layout
+    slack = 2 if is_forced else 1.5
+    assert after.depths[0] <= slack * before.depths[0]
+    assert after.stack_sizes[0] <= slack * before.stack_sizes[0]
