@@ -35,7 +35,6 @@ _KINDS = {
     "SphereLight": LightKind.SPHERE,
     "CylinderLight": LightKind.CYLINDER,
     "DistantLight": LightKind.DISTANT,
-    "Mesh": LightKind.MESH,
 }
 Cut = tuple[np.ndarray, np.ndarray]
 _FINE, _COARSE = 96, 48  # patches each way, at least: of lights that are shaped or textured, and of others
@@ -311,6 +310,8 @@ def make_stage(frames: Sequence[LightFrame]) -> Usd.Stage:
     light = stage.DefinePrim("/Light", frames[0].kind)
     if frames[0].kind == "Mesh":
         UsdLux.MeshLightAPI.Apply(light)
+    elif not light.HasAPI(UsdLux.LightAPI):
+        UsdLux.LightAPI.Apply(light)
     if frames[0].is_shaped:
         UsdLux.ShapingAPI.Apply(light)
     place = UsdGeom.Xformable(light).AddTransformOp()
@@ -462,7 +463,7 @@ def light_of(frame: LightFrame) -> Light:
     fallback = 90.0 if frame.is_shaped else 180.0
     return Light(
         "/Light",
-        _KINDS[frame.kind],
+        _KINDS.get(frame.kind, LightKind.MESH),
         frame.matrix,
         (1.0, 1.0, 1.0),
         angle=math.radians(values.get("angle", 0.53)),

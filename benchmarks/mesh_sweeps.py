@@ -115,12 +115,17 @@ def make_stage(frames: Sequence[LightFrame]) -> Usd.Stage:
     light.CreateFaceVertexCountsAttr([3] * len(corners))
     light.CreateFaceVertexIndicesAttr(list(range(3 * len(corners))))
     light.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    hide_light(stage)
+    return stage
+
+
+def hide_light(stage: Usd.Stage) -> None:
+    """Write a :data:`PASS` that hides the light of ``light_sweeps.make_stage`` from the camera."""
     render_pass = UsdRender.Pass.Define(stage, PASS)
-    Usd.CollectionAPI(render_pass.GetPrim(), "cameraVisibility").CreateExcludesRel().AddTarget(light.GetPath())
+    Usd.CollectionAPI(render_pass.GetPrim(), "cameraVisibility").CreateExcludesRel().AddTarget("/Light")
     settings = UsdRender.Settings.Define(stage, "/Settings")
     render_pass.CreateRenderSourceRel().AddTarget(settings.GetPath())
     stage.SetMetadata("renderSettingsPrimPath", str(settings.GetPath()))
-    return stage
 
 
 # --- what the floor must show

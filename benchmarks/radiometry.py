@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -24,13 +24,15 @@ from warp_rt import Renderer, RenderOptions
 from warp_rt.api import open_scene
 from warp_rt.warp_setup import init_warp
 
-from . import light_sweeps, mesh_sweeps
+from . import light_sweeps, mesh_sweeps, solid_sweeps
 from .command import make_parser, save_if_asked
 from .light_sweeps import LightFrame, floor_points, write_files
 from .results import Row
 
 KEYS = ("light", "sweep", "samples")
 ACROSS = 12  # pixels, and down: even, so that none lies in a plane of symmetry
+SWEEPS = {"MeshLight": mesh_sweeps, "LightAPI": solid_sweeps}
+"""Modules of what is no light of its own; all others are of ``light_sweeps``."""
 TERMINATOR = 0.02  # of the brightest pixel
 
 
@@ -45,12 +47,17 @@ def main(arguments: Sequence[str]) -> None:
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         files = write_files(Path(folder))
-        for light, name, frames in chain(light_sweeps.sweeps(files), mesh_sweeps.sweeps(files)):
+        for light, name, frames in all_sweeps(files):
             if all(re.search(word, f"{light} {name}") for word in options.only):
                 rows += _sweep(light, name, frames, counts)
     for line in summary(rows, counts):
         print(line)
     save_if_asked(options, "radiometry", rows, KEYS)
+
+
+def all_sweeps(files: Mapping[str, Path]) -> Iterator[tuple[str, str, list[LightFrame]]]:
+    """Yield each type of light, what is swept, and the frames; see ``light_sweeps.sweeps``."""
+    return chain(*(module.sweeps(files) for module in (light_sweeps, *SWEEPS.values())))
 
 
 def summary(rows: Sequence[Row], counts: Sequence[int]) -> Iterator[str]:
@@ -70,7 +77,7 @@ def summary(rows: Sequence[Row], counts: Sequence[int]) -> Iterator[str]:
 
 
 def _sweep(light: str, name: str, frames: Sequence[LightFrame], counts: Sequence[int]) -> list[Row]:
-    module = mesh_sweeps if light == "MeshLight" else light_sweeps
+    module = SWEEPS.get(light, light_sweeps)
     truth = [module.expected(frame, floor_points(ACROSS)) for frame in frames]
     scenes = open_scene(module.make_stage(frames), render_pass=module.PASS)
     rows = []

@@ -11,16 +11,16 @@ from warp_rt import Renderer, RenderOptions, load_scene
 
 from ..benchmark_modules import load
 
-light_sweeps, mesh_sweeps, radiometry = load("light_sweeps"), load("mesh_sweeps"), load("radiometry")
+light_sweeps, radiometry = load("light_sweeps"), load("radiometry")
 ACROSS = 6
-TYPES = (*light_sweeps.AREA_LIGHTS, "DistantLight", "DomeLight", "MeshLight")
+TYPES = (*light_sweeps.AREA_LIGHTS, "DistantLight", "DomeLight", *radiometry.SWEEPS)
 
 
 @pytest.fixture(scope="module")
 def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict:
     files = light_sweeps.write_files(tmp_path_factory.mktemp("lights"))
     found: dict = {}
-    for light, name, frames in (*light_sweeps.sweeps(files), *mesh_sweeps.sweeps(files)):
+    for light, name, frames in radiometry.all_sweeps(files):
         found.setdefault(light, {})[name] = frames
     return found
 
@@ -29,7 +29,7 @@ def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict:
 def test_floors_within_one_percent(light: str, sweeps: dict) -> None:
     """Each pixel away from the terminator; distant lights to a thousandth, means to half a percent."""
     points = light_sweeps.floor_points(ACROSS)
-    module = mesh_sweeps if light == "MeshLight" else light_sweeps
+    module = radiometry.SWEEPS.get(light, light_sweeps)
     pixel_goal, mean_goal = (1e-3, 1e-3) if light == "DistantLight" else (0.01, 0.005)
     for name, frames in sweeps[light].items():
         frame = frames[len(frames) // 2]

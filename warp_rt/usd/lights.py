@@ -119,7 +119,11 @@ def read_light(
         return None
     mesh = None
     if source is not None:
-        mesh = meshes.read(prim, time) if source == prim else meshes.read_target(source, matrix)
+        is_shaped = _has_shaping(prim)
+        if source == prim:
+            mesh = meshes.read(prim, time, is_shaped=is_shaped)
+        else:
+            mesh = meshes.read_target(source, matrix, is_shaped=is_shaped)
         if mesh is None:
             why = "is not supported" if len(meshes.rows(source)) else "is not drawn"
             message = f"a {source.GetTypeName()} as a light {why}; it gives no light"
@@ -279,6 +283,11 @@ def _shadow(attributes: AttributeReader) -> Shadow:
 
 # Seen from far away, a distant light's rays leave along its axis: nothing to shape.
 _NO_SHAPING = (0.0, (0.0, 0.0, 0.0), math.pi, 0.0)
+
+
+def _has_shaping(prim: Usd.Prim) -> bool:
+    """Return whether ShapingAPI is applied to a light, or something of it authored."""
+    return prim.HasAPI(UsdLux.ShapingAPI) or bool(prim.GetAuthoredPropertiesInNamespace("inputs:shaping"))
 
 
 def _shaping(attributes: AttributeReader) -> tuple[float, tuple[float, float, float], float, float]:

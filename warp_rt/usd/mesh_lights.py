@@ -104,8 +104,14 @@ class MeshLightReader:
         slots = mesh.material_slots if isinstance(mesh, Mesh) else None
         return np.zeros(0, int) if slots is None else slots
 
-    def read(self, prim: Usd.Prim, time: Usd.TimeCode) -> ShiningMesh | None:
-        """Return what shines of geometry that is a light itself; None where it is not drawn, or cannot shine."""
+    def read(self, prim: Usd.Prim, time: Usd.TimeCode, *, is_shaped: bool) -> ShiningMesh | None:
+        """Return what shines of geometry that is a light itself; None where it is not drawn, or cannot shine.
+
+        Args:
+            prim: The geometry.
+            time: When.
+            is_shaped: Whether the light is: see :func:`enclosing_triangles`.
+        """
         rows = self.rows(prim)
         if not len(rows):
             return None
@@ -115,30 +121,32 @@ class MeshLightReader:
             if shape is None:
                 return None
             local_from_mesh = shape.local_from_unit
-        return self._shining(int(rows[0]), local_from_mesh)
+        return self._shining(int(rows[0]), local_from_mesh, is_shaped)
 
-    def read_target(self, prim: Usd.Prim, world_from_light: np.ndarray) -> ShiningMesh | None:
+    def read_target(self, prim: Usd.Prim, world_from_light: np.ndarray, *, is_shaped: bool) -> ShiningMesh | None:
         """Return what shines of geometry that a GeometryLight names, everywhere it is drawn; None if it cannot shine.
 
         Args:
             prim: The geometry.
             world_from_light: The light's, float64, shape [4, 4], invertible.
+            is_shaped: Whether the light is: see :func:`enclosing_triangles`.
         """
         light_from_world = np.linalg.inv(world_from_light)
         world_from_local = self._instances.world_from_local
-        parts = [self._shining(int(row), light_from_world @ world_from_local[row]) for row in self.rows(prim)]
+        rows = self.rows(prim)
+        parts = [self._shining(int(row), light_from_world @ world_from_local[row], is_shaped) for row in rows]
         found = [part for part in parts if part is not None]
         if not found:
             return None
         return replace(found[0], triangles=np.concatenate([part.triangles for part in found]))
 
-    def _shining(self, row: int, light_from_mesh: np.ndarray) -> ShiningMesh | None:
+    def _shining(self, row: int, light_from_mesh: np.ndarray, is_shaped: bool) -> ShiningMesh | None:
         """Return what shines of an instance; None of curves, and of more than ``MOST`` points."""
         mesh = self._meshes[self._instances.mesh[row]]
         if isinstance(mesh, Shapes):
             if mesh.kind not in SOLIDS or len(mesh.points) > MOST:
                 return None
-            triangles, density = enclosing_triangles(mesh, light_from_mesh)
+            triangles, density = enclosing_triangles(mesh, light_from_mesh, is_shaped=is_shaped)
             slots = np.zeros(len(triangles), int)
         else:
             triangles = placed_triangles(mesh.points[mesh.triangles].astype(float), light_from_mesh)

@@ -17,28 +17,30 @@ from warp_rt.scene import ShapeKind, Shapes
 SOLIDS = (ShapeKind.SPHERE, ShapeKind.FRUSTUM, ShapeKind.ROUND_CONE)
 MOST = 1 << 14
 """Shapes that can shine together."""
-_FINE = 16, 32  # steps of half a turn of the profile, and about the axis
+_SHAPED = 32, 64  # steps of half a turn of the profile, and about the axis
+_FINE = 16, 32
 _COARSE = 6, 12
 _FEW = 64  # shapes that are finely cut
-_EXACT = 8  # times as many, for the area
+_EXACT = 128, 256  # for the area
 
 
-def enclosing_triangles(shapes: Shapes, local_from_shapes: np.ndarray) -> tuple[np.ndarray, float]:
+def enclosing_triangles(shapes: Shapes, local_from_shapes: np.ndarray, *, is_shaped: bool) -> tuple[np.ndarray, float]:
     """Return the triangles about some solids, and by what the solids' area is less than theirs.
 
     Args:
         shapes: Of one of ``SOLIDS``.
         local_from_shapes: Where they are wanted, float64, shape [4, 4].
+        is_shaped: Whether they shine unevenly by direction: the triangles of few are then a quarter as far out.
 
     Returns:
         float32, shape [n, 3, 3], wound as seen from outside; and the ratio of the solids' area to theirs.
     """
-    steps, turns = _FINE if len(shapes.points) <= _FEW else _COARSE
+    steps, turns = (_SHAPED if is_shaped else _FINE) if len(shapes.points) <= _FEW else _COARSE
     triangles = np.concatenate([_solid(shapes, row, steps, turns) for row in range(len(shapes.points))])
     if shapes.is_inside_out:
         triangles = triangles[:, [0, 2, 1]]
     # One of many is enough: they are alike but for their size.
-    first = [_solid(shapes, 0, count * steps, count * turns) for count in (1, _EXACT)]
+    first = [_solid(shapes, 0, *cut) for cut in ((steps, turns), _EXACT)]
     area, exact = (_area(placed_triangles(part, local_from_shapes)) for part in first)
     return placed_triangles(triangles, local_from_shapes).astype(np.float32), exact / area if area > 0 else 1.0
 
