@@ -12,11 +12,11 @@ from .light_direction import half_angle
 from .structs import LightData, SceneData
 
 DARK = wp.constant(0)
-"""What :func:`cone_view` says of a part: all of it is outside of the cone,"""
+"""From :func:`cone_view`: all of a part is outside of the light's cone."""
 EVEN = wp.constant(1)
-"""the cone does not tell its points apart,"""
+"""From :func:`cone_view`: the light's cone does not tell a part's points apart."""
 CUT = wp.constant(2)
-"""or does."""
+"""From :func:`cone_view`: the rim of the light's cone may go through a part."""
 
 
 @wp.func

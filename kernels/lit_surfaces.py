@@ -8,29 +8,37 @@
 import warp as wp
 
 from .constants import DIRECTION_ROW, GROUP
-from .group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, NUMBERS, POSITION_ROW, set_row
+from .group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW
 from .light import KIND_DISTANT, KIND_POINT, LightSample
 from .material import Shading
 from .native import spell_out
+from .number_rows import NUMBERS, set_row
 from .structs import LightData
 from .tile_structs import LitSurfaces
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
+# Rows of GROUP numbers in which surfaces wait: three each of vectors.
 NORMAL_ROW = wp.constant(0)
-"""Rows of GROUP numbers, three each of vectors: of the surfaces,"""
+"""Shading normals."""
 DIFFUSE_ROW = wp.constant(3)
+"""Diffuse reflectances."""
 SPECULAR_ROW = wp.constant(6)
+"""Specular reflectances."""
 EXPONENT_ROW = wp.constant(9)
+"""Phong exponents."""
 LIGHT_ROW = wp.constant(10)
-"""of how the light arrives: its direction,"""
+"""Directions from which the light arrives."""
 SHADOW_ROW = wp.constant(13)
-"""that of the shadow ray,"""
+"""Directions of the shadow rays."""
 DISTANCE_ROW = wp.constant(16)
+"""Lengths of the shadow rays."""
 IRRADIANCE_ROW = wp.constant(17)
+"""Irradiances of surfaces that face the light."""
 ORIGIN_ROW = wp.constant(20)
-"""and of the shadow rays' origins and what the light adds."""
+"""Origins of the shadow rays."""
 TERM_ROW = wp.constant(23)
+"""What the light adds unless it is occluded."""
 
 
 @wp.func

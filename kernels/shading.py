@@ -11,7 +11,7 @@ from .emission import is_mirrored
 from .environment import dome_irradiance
 from .features import Features, PlainScene
 from .group_structs import RayGroup
-from .group_surfaces import INSTANCE_ROW, POSITION_ROW, TRIANGLE_ROW, row_int, row_vector
+from .group_surfaces import INSTANCE_ROW, POSITION_ROW, TRIANGLE_ROW
 from .lit_surfaces import (
     DISTANCE_ROW,
     NORMAL_ROW,
@@ -24,6 +24,7 @@ from .lit_surfaces import (
     set_arriving,
 )
 from .material import MODEL_PREVIEW, MODEL_WHITTED, Shading, eval_response, facing, unmirrored_scales
+from .number_rows import row_int, row_vector
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_counts import count_shadow

@@ -48,6 +48,7 @@ class InstanceData:
 
     world_from_local: mat34
     local_from_world: mat34
+    """The two come first: ``group_surfaces.py`` reads them as 24 numbers."""
     mesh: wp.int32
     material_offset: wp.int32
     """First of its materials in ``SceneData.material_table``."""

@@ -14,7 +14,7 @@ from warp_rt.kernels.constants import DIRECTION_ROW, GROUP, SPHERE, SURFACE_FLOA
 from warp_rt.kernels.group_structs import RayGroup
 from warp_rt.kernels.group_surfaces import find_surfaces, surface_in_group
 from warp_rt.kernels.line_hit import surface_on_line
-from warp_rt.kernels.structs import RayTask, SceneData
+from warp_rt.kernels.structs import InstanceData, RayTask, SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.scene import Instances, Mesh, Primvar, Scene, ShapeKind, Shapes
 from warp_rt.upload.device_scene import upload_scene
@@ -30,6 +30,16 @@ GROUPS = 60
 RAYS = GROUPS * int(GROUP)
 COUNT = 200
 """Of triangles a mesh."""
+
+
+def test_the_matrices_of_an_instance_are_its_first_24_numbers() -> None:
+    """As ``find_surfaces`` reads them."""
+    layout = InstanceData.numpy_dtype()
+    assert [layout["offsets"][layout["names"].index(name)] for name in ("world_from_local", "local_from_world")] == [
+        0,
+        12 * 4,
+    ]
+    assert {np.dtype(layout["formats"][k]).itemsize for k in range(2)} == {12 * 4}
 
 
 @wp.kernel

@@ -9,7 +9,7 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.constants import DIRECTION_ROW, GROUP, GROUP_FLOATS, LIT_FLOATS, SURFACE_FLOATS
-from warp_rt.kernels.group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW, row_vector
+from warp_rt.kernels.group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW
 from warp_rt.kernels.light import KIND_DISTANT, KIND_POINT, KIND_SPHERE
 from warp_rt.kernels.lit_surfaces import (
     DISTANCE_ROW,
@@ -22,6 +22,7 @@ from warp_rt.kernels.lit_surfaces import (
     set_arriving,
 )
 from warp_rt.kernels.material import MODEL_WHITTED, Shading, phong
+from warp_rt.kernels.number_rows import row_vector
 from warp_rt.kernels.structs import LightData, SceneData
 from warp_rt.kernels.surface import Surface, spawn_origin
 from warp_rt.kernels.tile_structs import LitSurfaces
