@@ -213,9 +213,31 @@ def test_what_does_not_fold_is_named(image, identifier, lines):
     assert (found, codes) == (None, ["W303"])
 
 
-def test_a_division_by_nothing_is_named(image):
-    nodes = picture(image, "color3") + node("N", "ND_divide_color3", wire("in1", "T"), vec("in2", 0, 1, 1))
-    assert read(nodes)[3] == ["W303"]
+@pytest.mark.parametrize(
+    ("category", "lines", "expected"),
+    [
+        ("divide", (wire("in1", "T"), vec("in2", 0, 1, 1)), (0, RGB[1], RGB[2])),
+        ("divide", (vec("in1", 1, 1, 1), vec("in2", 0, 2, 4)), (0, 0.5, 0.25)),
+        ("power", (vec("in1", -2, 4, 9), vec("in2", 0.5, 0.5, 0.5)), (0, 2, 3)),
+    ],
+)
+def test_what_is_no_number_is_0_and_named(image, category, lines, expected):
+    _, value, reader, codes = read(picture(image, "color3") + node("N", f"ND_{category}_color3", *lines))
+    np.testing.assert_allclose(value, expected, atol=1e-6)
+    assert codes == ["W303"]
+    assert "no number" in next(iter(reader._report)).message
+
+
+def test_what_is_no_number_at_some_texels_is_0_there_and_named(image):
+    """The square root of a texel less one half, in red: 0 below it."""
+    nodes = picture(image, "color3") + node("X", "ND_subtract_color3", wire("in1", "T"), vec("in2", 0.5, 0, 0))
+    _, value, reader, codes = read(nodes + node("N", "ND_sqrt_color3", wire("in", "X")))
+    count = int((TEXELS[..., 0] < 127.5).sum())
+    assert 0 < count < 16
+    assert codes == ["W313"]
+    message = next(iter(reader._report)).message
+    assert f"at {count} of them something on the way is no number and counts as 0" in message
+    np.testing.assert_allclose(value, np.sqrt(np.maximum(RGB - (0.5, 0, 0), 0)), atol=2e-6)
 
 
 # --- what is made an image
@@ -354,6 +376,40 @@ def test_what_no_wrap_mode_continues_is_told(image, others):
     _, _, reader, codes = read(picture(image, "color3") + tiled + node("N", "ND_multiply_color3", T1, U1))
     assert codes == ["W313"]
     assert "repeated beyond" in next(iter(reader._report)).message
+
+
+def test_images_that_are_placed_alike_say_by_their_wrap_modes_how_they_go_on(image, others):
+    _, _, reader, _ = read(pictures(image, others) + node("N", "ND_multiply_color3", T1, U1))
+    assert next(iter(reader._report)).message == "what its network computes is made an image of 4 x 4 texels"
+
+
+@pytest.mark.parametrize("center", [-3.0, 0.0, 1.0, 5.0, 13.0])
+def test_a_change_beyond_the_unit_square_shows(center):
+    """Red below the centre and green above; the image is as wide as it takes, and that it is one is told."""
+    lines = (vec("valuel", 1, 0, 0), vec("valuer", 0, 1, 0), vec("center", center, kind="float"))
+    nodes = node("N", "ND_splitlr_color3", *lines)
+    spots = [(center - 0.1, 0.5), (center + 0.1, 0.5), (-900, 0.5), (900, 0.5), (center + 0.1, 700)]
+    expected = [(1, 0, 0), (0, 1, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)]
+    np.testing.assert_allclose(at(nodes, spots)[:, :3], expected, atol=1e-6)
+    message = next(iter(read(nodes)[2]._report)).message
+    assert message.endswith("that it goes on beyond as the image does is seen at samples alone")
+
+
+def test_a_ramp_over_ten_units_is_whole():
+    """Of coordinates by a tenth: within a texel of 128 a unit."""
+    nodes = node("C", "ND_texcoord_vector2")
+    nodes += node("P", "ND_multiply_vector2", wire("in1", "C"), vec("in2", 0.1, 0.1, kind="float2"))
+    lines = (vec("valuel", 0, 0, 0), vec("valuer", 1, 1, 1), wire("texcoord", "P"))
+    values = at(nodes + node("N", "ND_ramplr_color3", *lines), [(-40, 0.5), (2.5, 3), (7.5, -2), (11, 0.5), (70, 9)])
+    np.testing.assert_allclose(values[:, 0], [0, 0.25, 0.75, 1, 1], atol=1e-3)
+
+
+@pytest.mark.parametrize("center", [40.0, 500.0])
+def test_a_change_that_no_image_reaches_is_told(center):
+    lines = (vec("valuel", 1, 0, 0), vec("valuer", 0, 1, 0), vec("center", center, kind="float"))
+    _, _, reader, codes = read(node("N", "ND_splitlr_color3", *lines))
+    assert codes == ["W313"]
+    assert "from 0 to 1, which is repeated beyond" in next(iter(reader._report)).message
 
 
 S, T = 0.4, 0.66

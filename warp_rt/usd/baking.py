@@ -15,15 +15,14 @@ import numpy as np
 
 from warp_rt.scene import Image, Texture, Tiles, Wrap
 from warp_rt.scene.texture_values import decoded_texels, grid_values, texture_values
+from warp_rt.usd.continuation import UNIT, Continuation, Span, continuation, onto_unit
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.signals import CHANNELS, Signal, Source
 
 PLAIN_SIZE = 1024  # texels each way of what is computed of coordinates themselves, as ramps and chequers are
 MAX_STRETCHED = 2048  # texels each way of images that are not placed alike, unless one has more itself
 _CHUNK = 1 << 15  # texels at a time: what is computed of them stays in the caches
-_PROBES = 64
-_BEYOND = (-1.0, 1.0, 2.0)  # units that probes are moved by
-_SAME = 1e-5  # to within this two values are one
+_SAME = 1e-5  # of a texel
 _SINGULAR = 1e-12
 
 
@@ -34,8 +33,14 @@ class Baked:
     texture: Texture
     size: tuple[int, int]
     """Width and height [texel], of the largest tile."""
-    is_whole: bool
-    """Whether the field beyond the unit square is as the texture has it; else that square is repeated."""
+    window: tuple[Span, Span]
+    """From where to where the image lies, across and upwards: of the coordinates as its textures are placed."""
+    is_continued: bool
+    """Whether the field beyond is as the texture has it wherever it was asked; else the image is repeated."""
+    is_proven: bool
+    """Whether it is so everywhere, as the wrap modes of images tell that are placed alike."""
+    undefined: int
+    """Texels at which something that the field is computed of is no number."""
 
 
 def bake(source: Source, images: ImageCache) -> Baked:
@@ -51,34 +56,44 @@ def bake(source: Source, images: ImageCache) -> Baked:
     from_image = np.linalg.inv(transform)
     size = _size(leaves, images.images, from_image)
     evaluation = _Evaluation(images.images, size, from_image)
-    used = [row for texture in textures for row in _rows(texture)]
-
-    def made(column: int, row: int, border: np.ndarray) -> int:
-        key = f"{source.key} {transform.tolist()} {size} {column} {row} {border.tolist()}"
-        return images.computed(
-            key, used, lambda: evaluation.texels(source, column, row, is_tile=is_tiled) - border.astype(np.float32)
-        )
-
     grids = [texture.tiles for texture in textures if texture.tiles is not None]
     is_tiled = bool(grids) and is_common
     if is_tiled:
-        image, tiles = _lay_out(grids, lambda column, row: made(column, row, np.zeros(CHANNELS)))
-        wraps, border, is_whole = [Wrap.BLACK, Wrap.BLACK], np.zeros(CHANNELS), True
+        beyond = Continuation((Wrap.BLACK, Wrap.BLACK), (UNIT, UNIT), np.zeros(CHANNELS), True)
     else:
-        wraps, border, is_whole = _beyond(evaluation, source)
-        image, tiles = made(0, 0, border), None
-    red, green, blue, alpha = border.tolist()
+        beyond = continuation(lambda points: evaluation.at(source, points), is_of_images=bool(textures))
+        if beyond.spans != (UNIT, UNIT):
+            transform = onto_unit(beyond.spans)
+            from_image = np.linalg.inv(transform)
+            width, height = (min(int(PLAIN_SIZE * (high - low)), MAX_STRETCHED) for low, high in beyond.spans)
+            size = (width, height)
+            evaluation = _Evaluation(images.images, size, from_image)
+    used = [row for texture in textures for row in _rows(texture)]
+
+    def made(column: int, row: int) -> int:
+        key = f"{source.key} {transform.tolist()} {size} {column} {row} {beyond.border.tolist()}"
+
+        def compute() -> tuple[np.ndarray, int]:
+            texels, undefined = evaluation.texels(source, column, row, is_tile=is_tiled)
+            return texels - beyond.border.astype(np.float32), undefined
+
+        return images.computed(key, used, compute)
+
+    image, tiles = _lay_out(grids, made) if is_tiled else (made(0, 0), None)
+    red, green, blue, alpha = beyond.border.tolist()
     texture = Texture(
         image,
         tiles=tiles,
         primvar=source.primvar,
         uv_fallback=(source.fallback[0], source.fallback[1]),
         uv_transform=transform[:2].astype(np.float32),
-        wrap_s=wraps[0],
-        wrap_t=wraps[1],
+        wrap_s=beyond.wraps[0],
+        wrap_t=beyond.wraps[1],
         bias=(red, green, blue, alpha),
     )
-    return Baked(texture, size, is_whole)
+    rows = _rows(texture)
+    is_proven = beyond.fits and is_common and all(leaf.texture is not None for leaf in leaves)
+    return Baked(texture, size, beyond.spans, beyond.fits, is_proven, sum(images.undefined(row) for row in rows))
 
 
 @dataclass(frozen=True)
@@ -101,24 +116,34 @@ class _Evaluation:
         self._size = size
         self._from_image = from_image
         self._decoded: dict[tuple[int, bool], np.ndarray] = {}
+        self._is_undefined = np.zeros(0, bool)  # of the latest places
 
-    def texels(self, source: Source, column: int, row: int, *, is_tile: bool) -> np.ndarray:
-        """Return the values at all texels of a tile, or of the one image, float32, shape [height, width, 4]."""
+    def texels(self, source: Source, column: int, row: int, *, is_tile: bool) -> tuple[np.ndarray, int]:
+        """Return the values at all texels of a tile, or of the one image, float32, shape [height, width, 4].
+
+        Then at how many of them something on the way is no number.
+        """
         width, height = self._size
         x = column + (np.arange(width) + 0.5) / width
         y = row + (np.arange(height) + 0.5) / height
         lines = max(1, _CHUNK // width)
-        texels = np.empty((height, width, CHANNELS), np.float32)
+        texels, undefined = np.empty((height, width, CHANNELS), np.float32), 0
         for first in range(0, height, lines):
             rows = y[first : first + lines]
             points = np.stack([np.tile(x, len(rows)), np.repeat(rows, width)], axis=1)
             places = _Places(points, (x, rows), (column, row) if is_tile else None)
-            texels[first : first + lines] = self._source(source, places, {}).reshape(len(rows), width, CHANNELS)
-        return texels
+            values = self._values(source, places)
+            texels[first : first + lines] = values.reshape(len(rows), width, CHANNELS)
+            undefined += int(self._is_undefined.sum())
+        return texels, undefined
 
     def at(self, source: Source, points: np.ndarray) -> np.ndarray:
         """Return the values at places of the image, shape [n, 2]: float64, shape [n, 4]."""
-        return self._source(source, _Places(points), {})
+        return self._values(source, _Places(points))
+
+    def _values(self, source: Source, places: _Places) -> np.ndarray:
+        self._is_undefined = np.zeros(len(places.points), bool)
+        return self._source(source, places, {})
 
     def _signal(self, signal: Signal, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
         offset = signal.matrix[:, -1]
@@ -137,6 +162,7 @@ class _Evaluation:
             arguments = [self._signal(argument, places, done) for argument in source.computed.arguments]
             with np.errstate(all="ignore"):
                 values = np.asarray(source.computed.function(*arguments), float)
+            self._is_undefined |= ~np.isfinite(values).all(axis=1)
             return _padded(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0))
         if source.texture is None:
             return _padded(self._coordinates(places.points))
@@ -254,55 +280,3 @@ def _lay_out(grids: Sequence[Tiles], made: Callable[[int, int], int]) -> tuple[i
     )
     tiles = Tiles(left, bottom, rows)
     return tiles.present[0], tiles
-
-
-def _beyond(evaluation: _Evaluation, source: Source) -> tuple[list[Wrap], np.ndarray, bool]:
-    """Return the wrap modes by which a field goes on beyond the unit square, and its value there if they are black.
-
-    It is asked for at places in the square and beyond it; the last that is returned is whether a mode fits each way.
-    """
-    inside = np.random.default_rng(0).uniform(0.02, 0.98, (_PROBES, 2))
-    wraps, border, is_whole = [], None, True
-    for axis in (0, 1):
-        outside = np.tile(inside, (len(_BEYOND), 1))
-        outside[:, axis] += np.repeat(_BEYOND, _PROBES)
-        found = evaluation.at(source, outside)
-        slack = _SAME * max(1.0, float(np.abs(found).max()))
-        wrap = next(
-            (
-                mode
-                for mode, fold in _FOLDS.items()
-                if np.abs(evaluation.at(source, _folded(outside, axis, fold)) - found).max() <= slack
-            ),
-            None,
-        )
-        if wrap is None:
-            far = found[np.abs(outside[:, axis] - 0.5) > 1.0]  # nearer, the outermost texels show between texels
-            edge = far[0] if border is None else border
-            is_black = np.abs(far - edge).max() <= slack
-            border, wrap = (edge, Wrap.BLACK) if is_black else (border, Wrap.REPEAT)
-            is_whole = is_whole and bool(is_black)
-        wraps.append(wrap)
-    return wraps, np.zeros(CHANNELS) if border is None else border, is_whole
-
-
-def _folded(places: np.ndarray, axis: int, fold: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    result = places.copy()
-    result[:, axis] = fold(places[:, axis])
-    return result
-
-
-def _repeated(s: np.ndarray) -> np.ndarray:
-    return s - np.floor(s)
-
-
-def _clamped(s: np.ndarray) -> np.ndarray:
-    return np.clip(s, 0.0, 1.0)
-
-
-def _mirrored(s: np.ndarray) -> np.ndarray:
-    return 1.0 - np.abs(s - 2.0 * np.floor(s / 2.0) - 1.0)
-
-
-_FOLDS = {Wrap.REPEAT: _repeated, Wrap.CLAMP: _clamped, Wrap.MIRROR: _mirrored}
-"""Where in the unit square the value of a place is found."""

@@ -63,6 +63,7 @@ class ImageCache:
         """Rows of ``Scene.images``."""
         self._is_srgb: list[bool] = []
         self._wraps: list[tuple[str, str]] = []
+        self._undefined: list[int] = []
         self._recipes: list[Hashable] = []  # of each row
         self._rows: dict[Hashable, int] = {}  # of each recipe
         self._files: dict[str, int | str] = {}  # row by path, or why there is none
@@ -199,20 +200,25 @@ class ImageCache:
 
         return self._row(("mixed", self._recipes[row], is_srgb, matrix.tobytes()), mixed)
 
-    def computed(self, key: str, rows: Sequence[int], compute: Callable[[], np.ndarray]) -> int:
+    def computed(self, key: str, rows: Sequence[int], compute: Callable[[], tuple[np.ndarray, int]]) -> int:
         """Return the row of an image that is computed of others.
 
         Args:
             key: Tells what is computed.
             rows: Of the images that it is computed of.
-            compute: Gives linear texels, shape [height, width, 4].
+            compute: Gives linear texels, shape [height, width, 4], and how many of them are no numbers by themselves.
         """
 
         def made() -> _Decoded:
             path = self.images[rows[0]].path if rows else ""
-            return _Decoded(Image(path, compute().astype(np.float32)), False)
+            texels, undefined = compute()
+            return _Decoded(Image(path, texels.astype(np.float32)), False, undefined=undefined)
 
         return self._row(("computed", key, *(self._recipes[row] for row in rows)), made)
+
+    def undefined(self, row: int) -> int:
+        """Return how many texels of an image that is computed are no numbers by themselves."""
+        return self._undefined[row]
 
     def _row(self, recipe: Hashable, make: Callable[[], _Decoded]) -> int:
         """Return the row of an image, which is made where neither this scene nor the one before has it."""
@@ -224,6 +230,7 @@ class ImageCache:
         self.images.append(decoded.image)
         self._is_srgb.append(decoded.is_srgb)
         self._wraps.append(decoded.wraps)
+        self._undefined.append(decoded.undefined)
         self._recipes.append(recipe)
         return len(self.images) - 1
 
@@ -235,6 +242,8 @@ class _Decoded:
     image: Image
     is_srgb: bool
     wraps: tuple[str, str] = NO_WRAPS
+    undefined: int = 0
+    """Texels of one that is computed which are no numbers by themselves."""
 
 
 def _decode(path: str) -> _Decoded | str:

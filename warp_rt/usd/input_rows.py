@@ -11,7 +11,7 @@ from pxr import UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
-from warp_rt.usd.baking import bake
+from warp_rt.usd.baking import Baked, bake
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.mixed_texture import mixed_texture
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
@@ -76,8 +76,9 @@ class InputRows:
         """Return the texture that is made of a field, which is told."""
         baked = bake(source, self._images)
         width, height = baked.size
-        where = "" if baked.is_whole else ", of its coordinates from 0 to 1, which is repeated beyond"
-        message = f"what its network computes is made an image of {width} x {height} texels{where}"
+        message = f"what its network computes is made an image of {width} x {height} texels{_where(baked)}"
+        if baked.undefined:
+            message += f"; at {baked.undefined} of them something on the way is no number and counts as 0"
         self._report.warn(BAKED, port.GetAttr().GetPath(), message)
         return Source(f"baked {source.key}", baked.texture)
 
@@ -104,6 +105,17 @@ class InputRows:
             matrix[: len(linear)], shift[: len(linear)] = linear, offset
             self._rows[key] = self.add(mixed_texture(source.texture, matrix, shift, self._images.mixed))
         return self._rows[key]
+
+
+def _where(baked: Baked) -> str:
+    """Return where the image of a field holds; nothing where that is everywhere."""
+    if baked.is_proven:
+        return ""
+    across, upwards = (f"from {low:g} to {high:g}" for low, high in baked.window)
+    where = across if across == upwards else f"{across} and {upwards}"
+    if not baked.is_continued:
+        return f", of its coordinates {where}, which is repeated beyond"
+    return f", of its coordinates {where}; that it goes on beyond as the image does is seen at samples alone"
 
 
 def _components(found: tuple[float, ...], count: int) -> tuple[float, float, float, float]:

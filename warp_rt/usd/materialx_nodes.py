@@ -65,7 +65,7 @@ class NodeInputs:
 
 
 def fold(identifier: str, output: str, read: Callable[[str], Signal | None], text: Callable[[str], str]) -> Signal:
-    """Return what a node computes.
+    """Return what a node computes; of constants, that may be no number.
 
     Args:
         identifier: Of the node: ``ND_multiply_color3``.
@@ -83,7 +83,8 @@ def fold(identifier: str, output: str, read: Callable[[str], Signal | None], tex
     kinds = tuple(_TYPE.findall(match[2] or "vector3"))  # ND_normalmap alone names no type
     if not kinds:
         raise DoesNotFold
-    return function(NodeInputs(output, kinds, read, text))
+    with np.errstate(all="ignore"):
+        return function(NodeInputs(output, kinds, read, text))
 
 
 def is_known_node(identifier: str) -> bool:

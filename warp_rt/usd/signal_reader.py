@@ -116,7 +116,7 @@ class SignalReader:
                 raise _Unfolded(source)
             self._chain.append(path)
             try:
-                return self._nodes.setdefault(key, self._node(source, material))
+                return self._nodes.setdefault(key, self._defined(source, self._node(source, material)))
             except DoesNotFold:
                 raise _Unfolded(source, is_known=is_known_node(source.id)) from None
             finally:
@@ -130,6 +130,14 @@ class SignalReader:
         if space and len(found) >= 3:
             found = (*space.to_linear(np.array(found[:3])).tolist(), *found[3:])
         return Signal.constant(found)
+
+    def _defined(self, node: Node, found: Signal | None) -> Signal | None:
+        """Return what a node gives, with 0, told, where that is no number."""
+        if found is None or found.is_defined:
+            return found
+        message = f"the node {node.id!r} gives what is no number, as of a division by 0: 0 counts"
+        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), message)
+        return found.defined()
 
     def _node(self, node: Node, material: Usd.Prim) -> Signal | None:
         """Return what a node gives.

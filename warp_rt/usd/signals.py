@@ -85,6 +85,16 @@ class Signal:
         """Equal for equal signals."""
         return f"{self.source.key if self.source else ''} {self.matrix.tolist()}"
 
+    @property
+    def is_defined(self) -> bool:
+        """Whether all components are numbers: a division by a constant 0 leaves some that are none."""
+        return bool(np.isfinite(self.matrix).all())
+
+    def defined(self) -> Signal:
+        """Return the signal with 0 in place of components that are no numbers, as a field of them has."""
+        rows = np.isfinite(self.matrix).all(axis=1, keepdims=True)
+        return Signal(np.where(rows, self.matrix, 0.0), self.source)
+
     def constant_value(self) -> np.ndarray:
         """Return the components of a constant, shape [n].
 
@@ -167,7 +177,7 @@ def multiply(a: Signal, b: Signal) -> Signal:
         a, b = b, a
     if b.value is None:
         return _field(np.multiply, (a, b), a.size)
-    return a.map(np.diag(b.constant_value()))
+    return Signal(a.matrix * b.constant_value()[:, None], a.source)
 
 
 def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
@@ -178,7 +188,7 @@ def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
         arguments: What it is given; scalars fill as many components as the others have.
 
     Raises:
-        DoesNotFold: They are functions of different things, or a constant result is no number.
+        DoesNotFold: They are functions of different things.
     """
     size = max(argument.size for argument in arguments)
     even = [argument.resized(size) for argument in arguments]
@@ -186,8 +196,6 @@ def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
         return _field(function, even, size)
     with np.errstate(all="ignore"):
         values = function(*(argument.constant_value() for argument in even))
-    if not np.isfinite(values).all():
-        raise DoesNotFold
     return Signal.constant(np.asarray(values, float).tolist())
 
 
@@ -197,8 +205,6 @@ def apply_to_all(function: Callable[..., np.ndarray], size: int, *arguments: Sig
         return _field(function, arguments, size)
     with np.errstate(all="ignore"):
         values = function(*(argument.constant_value()[None] for argument in arguments))[0]
-    if not np.isfinite(values).all():
-        raise DoesNotFold
     return Signal.constant(np.asarray(values, float).tolist())
 
 
