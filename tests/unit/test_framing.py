@@ -149,26 +149,31 @@ def test_a_floor_is_looked_at_from_above(up_axis, high, view):
     np.testing.assert_array_equal(camera.world_from_camera[:3, 0], [1, 0, 0])
 
 
-@pytest.mark.parametrize(("up_axis", "high"), [("Y", [4, 9, 0]), ("Y", [4, 1, 4]), ("Z", [4, 0, 4]), ("Z", [4, 4, 1])])
+@pytest.mark.parametrize(("up_axis", "high"), [("Y", [4, 9, 0]), ("Y", [4, 3, 4]), ("Z", [4, 0, 4]), ("Z", [4, 4, 3])])
 def test_a_wall_or_a_body_is_looked_at_from_the_front(up_axis, high):
     camera = frame_scene(_scene([0, 0, 0], high, up_axis))
     np.testing.assert_array_equal(-camera.world_from_camera[:3, 2], [0, 0, -1] if up_axis == "Y" else [0, 1, 0])
 
 
 @pytest.mark.parametrize(
-    ("up_axis", "high", "view"),
+    ("up_axis", "high", "azimuth"),
     [
-        ("Y", [10, 1, 10], [0, -1, -1]),  # things on a floor
-        ("Z", [10, 10, 1], [0, 1, -1]),
-        ("Y", [1, 1.5, 10], [-1, 0, -1]),  # a train
-        ("Z", [1, 10, 1.5], [-1, 1, 0]),
-        ("Y", [1.5, 1, 10], [0, -1, -1]),
+        ("Y", [10, 1, 10], 30),  # things on a floor
+        ("Z", [10, 10, 1], 30),
+        ("Y", [12, 2, 8], 30),  # a ball on a floor
+        ("Y", [1, 1.5, 10], 60),  # a train
+        ("Z", [1, 10, 1.5], 60),
+        ("Y", [1.5, 1, 10], 30),
     ],
 )
-def test_a_low_or_long_scene_is_looked_at_from_a_corner(up_axis, high, view):
+def test_a_low_or_long_scene_is_looked_at_from_a_corner(up_axis, high, azimuth):
     box = _scene([0, 0, 0], high, up_axis)
     matrix = frame_scene(box).world_from_camera
-    np.testing.assert_allclose(-matrix[:3, 2], np.array(view) / math.sqrt(2), atol=1e-12)
+    angle, elevation = math.radians(azimuth), math.radians(35)
+    to_eye = [math.sin(angle) * math.cos(elevation), math.sin(elevation), math.cos(angle) * math.cos(elevation)]
+    if up_axis == "Z":
+        to_eye = [to_eye[0], -to_eye[2], to_eye[1]]
+    np.testing.assert_allclose(matrix[:3, 2], to_eye, atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(matrix[:3, :3]), 1)
     up = [0, 1, 0] if up_axis == "Y" else [0, 0, 1]
     assert matrix[:3, 1] @ up > 0.7
@@ -177,6 +182,21 @@ def test_a_low_or_long_scene_is_looked_at_from_a_corner(up_axis, high, view):
     np.testing.assert_array_equal(
         -frame_scene(box, as_usdrecord=True).world_from_camera[:3, 2], [0, 0, -1] if up_axis == "Y" else [0, 1, 0]
     )
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1, 2])
+def test_a_box_seen_from_a_corner_fills_the_picture(aspect):
+    camera = frame_scene(_scene([0, 0, 0], [12, 2, 8]), aspect=aspect)
+    corners = np.array([[*corner, 1] for corner in itertools.product((0, 12), (0, 2), (0, 8))], float)
+    local = corners @ np.linalg.inv(camera.world_from_camera).T
+    reach = np.abs(local[:, :2] / -local[:, 2:3]) / np.array([camera.window[1], camera.window[3]])
+    assert 0.9 < reach.max() < 1
+
+
+def test_what_stands_on_a_floor_is_told_from_it():
+    """The headlight gives the faces of a box that it shows different values."""
+    back = frame_scene(_scene([0, 0, 0], [30, 2, 30])).world_from_camera[:3, 2]
+    assert np.diff(np.sort(back)).min() > 0.1
 
 
 @pytest.mark.parametrize(("up_axis", "high"), [("Y", [0, 4, 4]), ("Z", [0, 4, 4])])
