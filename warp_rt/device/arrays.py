@@ -12,8 +12,13 @@ import warp as wp
 
 
 def array_of_one(struct: Any, dtype: Any, device: str) -> wp.array:
-    """Return a struct as kernels take large ones: in an array, which no thread copies."""
-    return wp.array([struct], dtype=dtype, device=device)
+    """Return a struct as kernels take large ones: in an array, which no thread copies.
+
+    The array keeps the struct, without which the arrays that it points to would be freed.
+    """
+    result: Any = wp.array([struct], dtype=dtype, device=device)
+    result.kept = struct
+    return result
 
 
 class Joined:
