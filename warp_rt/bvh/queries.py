@@ -132,7 +132,11 @@ class _Rays:
         self.workers = Workers(threads if accel.device == "cpu" else 1)
         self.device = accel.device
         self.is_cpu = accel.device == "cpu"
-        self.is_grouped = self.is_cpu and accel.data.intersector == constants.WATERTIGHT and kernel in _GROUP_KERNELS
+        # Origins with more digits than float32 has keep them where the hierarchy is far away: moved before they are
+        # rounded, for kernels that take single rays.
+        is_exact = not accel.origin.any() or getattr(origins, "dtype", None) in (wp.vec3, np.float32)
+        has_groups = accel.data.intersector == constants.WATERTIGHT and kernel in _GROUP_KERNELS
+        self.is_grouped = self.is_cpu and has_groups and is_exact
         self.kernel = _GROUP_KERNELS[kernel] if self.is_grouped else kernel
         self.is_warp = isinstance(origins, wp.array)
         if isinstance(directions, wp.array) != self.is_warp:
