@@ -199,6 +199,11 @@ def Plane "Pane{k}" (prepend apiSchemas = ["MaterialBindingAPI"])
     )
     stage.write_text(f"""\
 #usda 1.0
+def Camera "Front"
+{{
+    double3 xformOp:translate = (0, 0, 20)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
 {panes}
 def Material "Glass"
 {{
