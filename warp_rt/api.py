@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from os import PathLike
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.image.tone import check_display
+from warp_rt.near_matches import near_matches
 from warp_rt.nff.statements import is_nff
 from warp_rt.options import (
     ADAPTIVE,
@@ -280,7 +280,6 @@ def _options(given: dict[str, Any]) -> RenderOptions:
     known = [field.name for field in fields(RenderOptions)]
     for name in given:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
+            hint = near_matches(name, known) or f"; there are {', '.join(known)}"
             raise OptionError(f"{name}: unknown option{hint}")
     return RenderOptions(**given)

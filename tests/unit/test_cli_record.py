@@ -137,7 +137,7 @@ def test_settings_and_passes(stage, capfd):
     for arguments, said in (
         (("-rs", "/World"), "/World"),
         (("-rp", "/Half"), "/Half is no RenderPass"),
-        (("-rp", "/Pass", "-rs", "/Half"), "not allowed with"),
+        (("-rp", "/Pass", "-rs", "/Half"), "not together with"),
     ):
         assert record("wall.usda", "a.png", *arguments) in (2, 3)
         assert said in capfd.readouterr().err

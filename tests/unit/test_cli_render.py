@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""``warp-rt render``, ``info`` and ``check`` from file to file, on stages of a few lines."""
+"""``warp-rt render``, ``doctor`` and ``warmup`` from file to file, on stages of a few lines."""
 
 import json
 import os
@@ -20,53 +20,7 @@ from warp_rt.cli.main import main
 from warp_rt.cli.render_summary import whole_run
 
 from ..processes import hear_interrupts
-
-# A square that fills the middle half of the picture, 10 before an orthographic camera and moving away with time.
-# (Apertures are in tenths of a scene unit: the camera sees 8 x 4.)
-STAGE = """\
-#usda 1.0
-(
-    defaultPrim = "World"
-    upAxis = "Y"
-    startTimeCode = 1
-    endTimeCode = 3
-)
-def Xform "World"
-{
-    def Mesh "Wall" (prepend apiSchemas = ["MaterialBindingAPI"])
-    {
-        rel material:binding = </World/Blue>
-        point3f[] points = [(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]
-        int[] faceVertexCounts = [4]
-        int[] faceVertexIndices = [0, 1, 2, 3]
-        uniform token subdivisionScheme = "none"
-        double3 xformOp:translate.timeSamples = { 1: (0, 0, -10), 3: (0, 0, -30) }
-        uniform token[] xformOpOrder = ["xformOp:translate"]
-    }
-    def Material "Blue"
-    {
-        token outputs:warp_rt:surface.connect = </World/Blue/Surface.outputs:surface>
-        def Shader "Surface"
-        {
-            uniform token info:id = "WhittedSurface"
-            color3f inputs:diffuse = (0.25, 0.5, 0.75)
-            token outputs:surface
-        }
-    }
-    def Camera "Front"
-    {
-        token projection = "orthographic"
-        float horizontalAperture = 80
-        float verticalAperture = 40
-        float2 clippingRange = (0.1, 1000)
-    }
-    def DistantLight "Sun"
-    {
-        float inputs:intensity = 3.14159265
-        float inputs:angle = 0
-    }
-}
-"""
+from ..wall_stage import STAGE
 
 WIDTH, HEIGHT = 16, 8
 
@@ -431,55 +385,7 @@ def test_signals_end_a_render_at_once_and_leave_nothing(stage, sent, code):
     assert {path.name for path in stage.parent.iterdir()} == {"wall.usda"}
 
 
-# --- info, check, doctor, warmup
-
-
-def test_info_counts_what_is_there(stage, capfd):
-    assert main(["info", "wall.usda", "--json"]) == 0
-    facts = json.loads(capfd.readouterr().out)
-    assert (facts["triangles"], facts["triangles_placed"], facts["instances"]) == (2, 2, 1)
-    assert facts["cameras"] == ["/World/Front"]
-    assert facts["lights"] == [{"path": "/World/Sun", "kind": "distant"}]
-    assert facts["bounds"] == [[-2, -2, -10], [2, 2, -10]]
-    assert facts["time"] == 1
-    assert facts["memory"]["scene_bytes"] >= 4 * 12 + 2 * 12  # 4 points and 2 triangles at least
-    assert facts["picture"] == {"camera": "/World/Front", "width": 960, "height": 480}
-    assert facts["warnings"] == 0
-
-
-def test_info_for_people(stage, capfd):
-    assert main(["info", "wall.usda"]) == 0
-    out = capfd.readouterr().out
-    assert "/World/Front" in out
-    assert "/World/Sun (distant)" in out
-    assert "2 in memory" in out
-    assert "picture    960 x 480, /World/Front\n" in out
-
-
-def test_info_has_words_for_what_steps_in(stage, capfd):
-    bound = "rel material:binding = </World/Blue>"
-    stage.write_text(STAGE[: STAGE.index('    def Camera "Front"')].replace(bound, "") + "}\n")
-    assert main(["info", "wall.usda"]) == 0
-    out = capfd.readouterr().out
-    assert "(displayColor fallback) (" in out
-    assert "picture    960 x 700, (framed)\n" in out  # an academy frame, 20.955 by 15.2908 mm
-    assert "/__" not in out
-
-
-def test_check_prints_each_diagnostic_and_strict_exits_3(stage, capfd):
-    assert main(["check", "wall.usda", "--strict"]) == 0
-    assert capfd.readouterr().out == ""
-    stage.write_text(STAGE.replace("[0, 1, 2, 3]", "[0, 1, 2, 9]"))
-    assert main(["check", "wall.usda"]) == 0
-    out = capfd.readouterr().out
-    assert out.startswith("W1")
-    assert "/World/Wall" in out
-    assert main(["check", "wall.usda", "--strict"]) == 3
-    assert capfd.readouterr() == (out, "warp-rt check: error: wall.usda: --strict: 1 warning\n")
-    assert main(["check", "wall.usda", "--json"]) == 0
-    report = json.loads(capfd.readouterr().out)
-    assert len(report["diagnostics"]) == out.count("\n")
-    assert report["warnings"] == sum(line.startswith("W") for line in out.splitlines()) == 1
+# --- doctor, warmup
 
 
 def test_doctor_tells_versions_devices_and_the_cache(capfd):

@@ -1,38 +1,83 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""``warp-rt check``: everything in a stage that would be ignored, repaired or refused."""
+"""``warp-rt check``: all that ``render`` would ignore, repair or refuse, told without rendering."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from warp_rt.cli.parser import Parser, add_json, add_scene
-from warp_rt.cli.strict import add_strict, refuse_warnings
+from warp_rt.cli.parser import Parser, add_json
+from warp_rt.cli.pictures import Shot, as_product, unmade_products
+from warp_rt.cli.products import product_shots
+from warp_rt.cli.request import add_request, request_options, request_output, request_shots
+from warp_rt.cli.stage_input import open_refined_stage, open_stage
+from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.terminal import Terminal, one_line
+from warp_rt.options import RenderOptions
+from warp_rt.report import Diagnostic
+
+if TYPE_CHECKING:
+    from warp_rt.scene.source import SceneSource
+
+_EPILOG = """\
+Takes the options of warp-rt render, and prints what that would tell of the same pictures, each thing once; all but what
+only their pixels tell. Nothing is traced, compiled or written. Of several frames, what does not hold from the first one
+on comes with the one from which it does.
+"""
 
 
 def parser() -> Parser:
     """Return the parser of ``warp-rt check``."""
-    result = Parser("check", "Name everything in a stage that a picture would not show as the stage says it.")
-    add_scene(result)
-    add_strict(result)
+    result = Parser(
+        "check", "Name everything in a stage that a picture would not show as the stage says it.", epilog=_EPILOG
+    )
+    add_request(result)
     add_json(result, "the diagnostics")
     return result
 
 
 def run(args: argparse.Namespace, terminal: Terminal) -> int:
-    """Read the stage and print its diagnostics; return the exit code."""
-    from warp_rt.api import load_scene
-
-    scene = load_scene(args.scene, purposes=args.purposes)
-    warning_count = sum(record.is_warning for record in scene.diagnostics)
+    """Read the stage as the pictures would and print what is to be told; return the exit code."""
+    options = request_options(args)
+    found: dict[Diagnostic, float | None] = {}  # and the frame that each was first found in
+    if args.product is None:
+        shots = request_shots(args)
+        source = open_stage(args)
+    else:
+        source = open_stage(args)
+        shots, notes = product_shots(source.products(), args.product, args.frames, args.aov, request_output(args))
+        found = dict.fromkeys(notes, shots[0].time)
+    refined = open_refined_stage(args, options, source=source)
+    for shot in shots:
+        for record in _foreseen(args, options, refined, shot):
+            found.setdefault(record, shot.time)
+    warning_count = sum(record.is_warning for record in found)
     if args.json:
-        records = [vars(record) for record in scene.diagnostics]
+        records = [{**vars(record), "frame": frame} for record, frame in found.items()]
         terminal.json({"scene": args.scene, "warnings": warning_count, "diagnostics": records})
     else:
-        for record in scene.diagnostics:
-            terminal.data(one_line(record))
+        for record, frame in found.items():
+            terminal.data(one_line(record) + ("" if frame == shots[0].time else f" (from frame {frame:g} on)"))
     if args.strict:
-        refuse_warnings(args.scene, scene.diagnostics, are_told=True)
+        refuse_warnings(args.scene, found, are_told=True)
     terminal.info(f"{args.scene}: {warning_count} warning{'' if warning_count == 1 else 's'}")
     return 0
+
+
+def _foreseen(
+    args: argparse.Namespace, options: RenderOptions, source: SceneSource, shot: Shot
+) -> Iterator[Diagnostic]:
+    """Yield what is found on the way to a picture, in the order in which ``render`` tells it."""
+    from warp_rt.rendering.rehearsal import rehearse
+
+    scene = source.scene(shot.time)
+    yield from scene.diagnostics
+    seen = as_product(scene, shot)
+    if shot.product is None:
+        yield from unmade_products(seen)
+    picture = rehearse(seen, options, args.camera)
+    for moment in picture.moments:
+        yield from source.scene(moment.time, base_time=scene.time).diagnostics
+    yield from picture.notes

@@ -8,8 +8,12 @@ import argparse
 import time
 from typing import TYPE_CHECKING, Any
 
+from warp_rt.cli.frames import parse_frame
 from warp_rt.cli.parser import Parser, add_json, add_scene
+from warp_rt.cli.render_arguments import add_frame, add_view
+from warp_rt.cli.stage_input import open_refined_stage
 from warp_rt.cli.terminal import Terminal
+from warp_rt.options import RenderOptions
 from warp_rt.report import one_line
 from warp_rt.stand_ins import shown_path
 
@@ -36,17 +40,19 @@ def parser() -> Parser:
     """Return the parser of ``warp-rt info``."""
     result = Parser("info", "Tell what a stage holds, as a render would see it.")
     add_scene(result)
+    add_frame(add_view(result))
     add_json(result, "all of it")
     return result
 
 
 def run(args: argparse.Namespace, terminal: Terminal) -> int:
     """Read the stage and describe it; return the exit code."""
-    from warp_rt.api import load_scene
-
+    options = RenderOptions(width=args.width, height=args.height, crop=args.crop)
+    frame = parse_frame(args.frames)
     begin = time.perf_counter()
-    scene = load_scene(args.scene, purposes=args.purposes)
-    facts = {"scene": args.scene, **_facts(scene), "seconds": {"load": time.perf_counter() - begin}}
+    scene = open_refined_stage(args, options).scene(frame)
+    load = time.perf_counter() - begin
+    facts = {"scene": args.scene, **_facts(scene, options, args.camera), "seconds": {"load": load}}
     if args.json:
         terminal.json(facts)
     else:
@@ -54,7 +60,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     return 0
 
 
-def _facts(scene: Scene) -> dict[str, Any]:
+def _facts(scene: Scene, options: RenderOptions, camera: str | None) -> dict[str, Any]:
     from warp_rt.scene import Mesh, Shapes
 
     triangles = [len(mesh.triangles) if isinstance(mesh, Mesh) else 0 for mesh in scene.meshes]
@@ -81,7 +87,7 @@ def _facts(scene: Scene) -> dict[str, Any]:
             for image in scene.images
         ],
         "settings": scene.settings.path or None,
-        "picture": _picture(scene),
+        "picture": _picture(scene, options, camera),
         "memory": {
             "scene_bytes": scene_bytes(scene),
             "pyramid_bytes_estimate": sum(image.pixels.nbytes for image in scene.images) // 3,
@@ -91,15 +97,12 @@ def _facts(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _picture(scene: Scene) -> dict[str, Any]:
-    """Return the camera that a render without further options looks through, and the size of its picture [pixel]."""
-    from warp_rt.options import RenderOptions
-    from warp_rt.rendering.film_camera import choose_camera, frame_camera, image_size
+def _picture(scene: Scene, options: RenderOptions, camera: str | None) -> dict[str, Any]:
+    """Return the camera that a render with these options looks through, and the size of its picture [pixel]."""
+    from warp_rt.rendering.rehearsal import rehearse
 
-    options = RenderOptions()
-    camera = choose_camera(scene, None) or frame_camera(scene, options)
-    width, height = image_size(camera, options, scene.settings)
-    return {"camera": camera.path, "width": width, "height": height}
+    picture = rehearse(scene, options, camera)
+    return {"camera": picture.camera.path, "width": picture.width, "height": picture.height}
 
 
 def scene_bytes(scene: Scene) -> int:

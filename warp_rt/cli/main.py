@@ -17,9 +17,10 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import FrameType
 
-from warp_rt.cli.parser import Parser, near_matches
+from warp_rt.cli.parser import Parser
 from warp_rt.cli.terminal import Terminal, data_only_stdout
 from warp_rt.errors import LimitError, OptionError, WarpRtError
+from warp_rt.near_matches import near_matches
 
 PROGRAM = "warp-rt"
 
@@ -163,7 +164,7 @@ def _usage() -> str:
 def _unknown_command(name: str) -> str:
     if "." in name and not name.startswith("-"):
         return f"{name!r} is no command; to render a stage: {PROGRAM} render {name}"
-    hint = near_matches(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
+    hint = near_matches(name, (*COMMANDS, "--help", "--version")) or f"; there are {', '.join(COMMANDS)}"
     return f"{name!r} is no command{hint}"
 
 

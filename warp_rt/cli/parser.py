@@ -6,14 +6,24 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import difflib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import NoReturn
 
 from warp_rt.cli.terminal import COLOR_CHOICES
 from warp_rt.errors import OptionError
+from warp_rt.near_matches import near_matches
 from warp_rt.options import PURPOSES, check_purposes
+
+_REQUIRED = "the following arguments are required: "
+# What argparse says, in the words of the other errors: those of Python 3.11 to 3.14.
+_WORDINGS = (
+    (re.compile(r"ignored explicit argument"), "takes no value, got"),
+    (re.compile(r"expected one argument"), "a value is missing"),
+    (re.compile(r"not allowed with argument (-[\w-]+).*"), r"not together with \1"),
+    (re.compile(rf"{_REQUIRED}(.*)"), r"missing: \1"),
+)
+_INVALID_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
 
 class Parser(argparse.ArgumentParser):
@@ -27,6 +37,8 @@ class Parser(argparse.ArgumentParser):
             allow_abbrev=False,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        self.register("type", int, _whole_number)
+        self.register("type", float, _number)
         # Lists of numbers are values too: --crop -2,0,4,4 and --frames -3:-1.
         self._negative_number_matcher = re.compile(r"-\.?\d[\d.,:xe+-]*$")
         talk = self.add_argument_group("messages")
@@ -42,8 +54,10 @@ class Parser(argparse.ArgumentParser):
         Raises:
             OptionError: Always.
         """
-        message = re.sub(r"ignored explicit argument", "takes no value, got", message)
-        about = re.match(r"argument (--?[\w-]+)[^:]*: ", message)  # its first spelling will do
+        for wording, ours in _WORDINGS:
+            message = wording.sub(ours, message)
+        message = _INVALID_CHOICE.sub(_none_of, message)
+        about = re.match(r"argument (-[\w-]+|[A-Z]+)[^:]*: ", message)  # an option's first spelling will do
         raise OptionError(f"{about[1]}: {message[about.end() :]}" if about else f"{message} (see {self.prog} --help)")
 
     def as_argument(self, error: OptionError) -> OptionError:
@@ -61,15 +75,11 @@ class Parser(argparse.ArgumentParser):
         """
         namespace, unknown = self.parse_known_args(arguments)
         if unknown:
+            first = unknown[0].partition("=")[0]
             known = [string for action in self._actions for string in action.option_strings]
-            self.error(f"unknown argument {unknown[0]}{near_matches(unknown[0].partition('=')[0], known)}")
+            is_option = first.startswith("-")
+            self.error(f"unknown option {first}{near_matches(first, known)}" if is_option else f"unexpected {first!r}")
         return namespace
-
-
-def near_matches(word: str, known: Iterable[str]) -> str:
-    """Return ``; did you mean a, b?`` with the known words that resemble ``word``, or nothing."""
-    close = difflib.get_close_matches(word, list(known), n=3, cutoff=0.6)
-    return f"; did you mean {', '.join(close)}?" if close else ""
 
 
 def add_scene(parser: Parser) -> None:
@@ -126,6 +136,26 @@ def rgb(text: str) -> tuple[float, float, float]:
         if len(values) in (1, 3):
             return values * 3 if len(values) == 1 else values  # type: ignore[return-value]
     raise argparse.ArgumentTypeError(f"R,G,B expected, such as 0.2,0.2,0.2, or one number, got {text!r}")
+
+
+def _none_of(match: re.Match[str]) -> str:
+    """Return an error of argparse's about a value that is none of an option's choices, as ours say it."""
+    choices = match[2].replace("'", "")  # which Python quotes up to 3.11 only
+    return f"{match[1]!r} is none of {choices}{near_matches(match[1], choices.split(', '))}"
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"a whole number expected, got {text!r}") from None
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"a number expected, got {text!r}") from None
 
 
 def _purposes(text: str) -> tuple[str, ...]:

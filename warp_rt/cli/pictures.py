@@ -68,6 +68,7 @@ def make_pictures(
     view: Callable[[Scene], View],
     announce: Callable[[Scene], None] | None = None,
     source: RefinableSource | None = None,
+    notes: Sequence[Diagnostic] = (),
 ) -> int:
     """Render the shots, write them, and tell; return the exit code.
 
@@ -79,6 +80,7 @@ def make_pictures(
         view: Says what of a scene is seen.
         announce: Tells of a frame, before it is rendered.
         source: The stage where it is open already.
+        notes: What there is to tell of the shots themselves.
     """
     check_display(args.exposure, args.tonemap)
     for shot in shots:
@@ -88,6 +90,7 @@ def make_pictures(
 
     start = seconds_since_start()
     voice = Voice(terminal)
+    voice.diagnostics(notes)
     frames = []
     previous = None
     begin = time.perf_counter()
@@ -100,6 +103,7 @@ def make_pictures(
         if len(shots) > 1 and not terminal.is_interactive:
             terminal.info(f"{file}: {frames[-1]['seconds']['total']:.2f} s")
     result = whole_run(frames, [shot.time for shot in shots])
+    result["notes"] = [*map(vars, notes), *result["notes"]]
     result["seconds"] |= {"start": start, "total": seconds_since_start()}
     result["seconds"]["load"] += opening
     result["memory"]["peak_bytes"] = peak_memory()
@@ -135,7 +139,7 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
     frame = read_stage(run.source, args, voice, time=shot.time, outputs=files)
     if run.announce is not None:
         run.announce(frame)
-    scene, camera = run.view(_as_product(frame, shot))
+    scene, camera = run.view(as_product(frame, shot))
     load = time.perf_counter() - begin
     notes = [] if shot.product else unmade_products(scene)
     voice.diagnostics(notes)
@@ -148,7 +152,7 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
         begin = time.perf_counter()
         at_moment = read_moment(run.source, args, voice, time=moment, frame=frame)
         told.update(dict.fromkeys(at_moment.diagnostics))
-        seen = run.view(_as_product(at_moment, shot))
+        seen = run.view(as_product(at_moment, shot))
         load += time.perf_counter() - begin
         return seen
 
@@ -171,6 +175,6 @@ def unmade_products(scene: Scene) -> list[Diagnostic]:
     return [Diagnostic("N904", one.path, message) for one in scene.products if one.name or one.variables]
 
 
-def _as_product(scene: Scene, shot: Shot) -> Scene:
+def as_product(scene: Scene, shot: Shot) -> Scene:
     """Return the scene with the settings of a shot's product."""
     return scene if shot.product is None else replace(scene, settings=shot.product.settings)

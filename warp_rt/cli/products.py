@@ -12,12 +12,12 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
-from warp_rt.cli.parser import near_matches
 from warp_rt.cli.pictures import Shot, View, make_pictures
 from warp_rt.cli.stage_input import open_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError, OutputError, SceneError
 from warp_rt.image.outputs import FORMATS
+from warp_rt.near_matches import near_matches
 from warp_rt.options import RenderOptions
 from warp_rt.report import Diagnostic
 
@@ -48,9 +48,8 @@ def make_products(
     """
     source = open_stage(args)
     shots, notes = product_shots(source.products(), args.product, args.frames, args.aov, output)
-    terminal.diagnostics(notes)
     make_folders(shots)
-    return make_pictures(args, terminal, options, shots, view, announce, source)
+    return make_pictures(args, terminal, options, shots, view, announce, source, notes)
 
 
 def product_shots(

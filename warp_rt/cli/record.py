@@ -50,7 +50,7 @@ def parser() -> Parser:
     result = Parser("record", "Render an image from a USD stage, with usdrecord's arguments.", epilog=_EPILOG)
     add_scene(result)
     result.add_argument("output", metavar="OUT", help="image to write")
-    add_frames(add_view(result))
+    add_frames(add_view(result, as_usdrecord=True))
     usdrecord = result.add_argument_group("usdrecord's")
     usdrecord.add_argument(
         "--disableCameraLight", dest="camera_light", action="store_false", help="no light in the camera"

@@ -5,25 +5,12 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_rt.cli.frames import parse_frames
-from warp_rt.cli.parser import Parser, add_json, add_scene
-from warp_rt.cli.pictures import Shot, View, make_pictures, plan_shots
+from warp_rt.cli.parser import Parser, add_json
+from warp_rt.cli.pictures import View, make_pictures
 from warp_rt.cli.products import make_products
-from warp_rt.cli.render_arguments import (
-    add_aovs,
-    add_depth,
-    add_display,
-    add_frames,
-    add_machine,
-    add_product,
-    add_quality,
-    add_view,
-    render_options,
-)
-from warp_rt.cli.strict import add_strict
+from warp_rt.cli.request import add_request, request_options, request_output, request_shots
 from warp_rt.cli.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -49,39 +36,18 @@ names below the current folder, or in OUT. Without --product the first one says 
 def parser() -> Parser:
     """Return the parser of ``warp-rt render``."""
     result = Parser("render", "Render an image from a USD stage by Whitted ray tracing.", epilog=_EPILOG)
-    add_scene(result)
-    result.add_argument("-o", "--output", metavar="OUT", help="image to write (default: SCENE's name, .png, here)")
-    add_frames(add_view(result))
-    quality = result.add_argument_group("how it is traced")
-    add_depth(quality)
-    add_quality(quality)
-    picture = result.add_argument_group("what is written")
-    add_product(picture)
-    add_aovs(picture)
-    add_display(picture)
-    add_machine(result)
-    add_strict(result)
+    add_request(result)
     add_json(result, "what was done, with times and exact ray counts,")
     return result
 
 
 def run(args: argparse.Namespace, terminal: Terminal) -> int:
     """Render, write, and tell; return the exit code."""
-    options = render_options(args, depth=args.depth, aovs=args.aov or ("color",))
+    options = request_options(args)
 
     def view(scene: Scene) -> View:
         return scene, args.camera
 
     if args.product is not None:
-        output = Path(args.output) if args.output is not None else None
-        return make_products(args, terminal, options, view, output=output)
-    return make_pictures(args, terminal, options, _shots(args), view)
-
-
-def _shots(args: argparse.Namespace) -> list[Shot]:
-    if args.output is not None:
-        return plan_shots(args.frames, Path(args.output), args.aov or ("color",))
-    is_sequence = args.frames is not None and len(parse_frames(args.frames)) > 1
-    # Absolute, for a folder such as "." has no name of its own; that it is no stage is told where it is opened.
-    name = f"{Path(args.scene).absolute().stem}{'.####' if is_sequence else ''}.png"
-    return plan_shots(args.frames, Path(name), args.aov or ("color",))
+        return make_products(args, terminal, options, view, output=request_output(args))
+    return make_pictures(args, terminal, options, request_shots(args), view)

@@ -23,15 +23,21 @@ from warp_rt.options import (
 )
 
 
-def add_view(parser: Parser) -> argparse._MutuallyExclusiveGroup:
-    """Add what is seen; return the group that holds --default-time, to which belongs whatever else picks a time."""
+def add_view(parser: Parser, *, as_usdrecord: bool = False) -> argparse._MutuallyExclusiveGroup:
+    """Add what is seen; return the group that holds --default-time, to which belongs whatever else picks a time.
+
+    Args:
+        parser: Takes the options.
+        as_usdrecord: Whether a camera that nobody names is none but ``main_cam``.
+    """
+    first = "" if as_usdrecord else ", the first"
     view = parser.add_argument_group("what is seen")
     view.add_argument(
         "--camera",
         "-cam",
         type=name,
         metavar="CAMERA",
-        help="path or name of a camera (default: the render settings' one, main_cam, the first; else framed)",
+        help=f"path or name of a camera (default: the render settings' one, main_cam{first}; else framed)",
     )
     width_help = "default: the settings' resolution, else 960"
     view.add_argument("--width", "-w", "--imageWidth", type=int, metavar="PIXELS", help=width_help)
@@ -187,7 +193,12 @@ def add_machine(parser: Parser) -> None:
         "--device", default="auto", metavar="DEVICE", help="auto, cpu, cuda:0, ... (default: %(default)s)"
     )
     machine.add_argument("--threads", type=int, metavar="N", help="CPU threads (default: one a core)")
-    machine.add_argument("--time-limit", type=float, metavar="SECONDS", help="give up rendering after so long")
+    machine.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="give up each picture after so long, looked at every 0.05 s; reading, building and compiling do not count",
+    )
 
 
 def render_options(args: argparse.Namespace, **others: Any) -> RenderOptions:

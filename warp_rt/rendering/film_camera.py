@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ import warp as wp
 
 from warp_rt.errors import SceneError
 from warp_rt.kernels import structs
+from warp_rt.near_matches import near_matches
 from warp_rt.options import DEFAULT_WIDTH, RenderOptions
 from warp_rt.rendering.framing import frame_scene
 from warp_rt.scene import Camera, Scene, Settings
@@ -40,8 +40,7 @@ def choose_camera(scene: Scene, name: str | None, *, as_usdrecord: bool = False)
         lights = [*(light.path for light in scene.lights), *(dome.path for dome in scene.domes)]
         if name in (*scene.prims, *lights):
             raise SceneError(f"{scene.source or 'scene'}: {name} is no camera; {has}")
-        near = difflib.get_close_matches(name, [*cameras, *(path.rsplit("/", 1)[-1] for path in cameras)], n=3)
-        hint = f"; did you mean {' or '.join(near)}?" if near else f"; {has}"
+        hint = near_matches(name, [*cameras, *(path.rsplit("/", 1)[-1] for path in cameras)]) or f"; {has}"
         raise SceneError(f"{scene.source or 'scene'}: no camera {name!r}{hint}")
     if scene.settings.camera in cameras:
         return cameras[scene.settings.camera]

@@ -81,11 +81,26 @@ def emptiness_note(scene: Scene, camera: Camera, size: tuple[int, int], alpha: n
     covered = float(alpha.sum())
     if covered > _LOST * alpha.size:
         return None
+    seen = f"{covered:.2g} of {alpha.size:,} pixels show" if covered else "nothing of the picture shows"
+    return _lost_scene(scene, camera, size, seen)
+
+
+def unseen_note(scene: Scene, camera: Camera, size: tuple[int, int]) -> Diagnostic | None:
+    """Return the note that a whole picture would show next to nothing, for the box about the scene covers none of it.
+
+    Args:
+        scene: What would be rendered.
+        camera: What it would be seen through.
+        size: Width and height of the picture [pixel].
+    """
+    return _lost_scene(scene, camera, size, "next to nothing of the picture can show")
+
+
+def _lost_scene(scene: Scene, camera: Camera, size: tuple[int, int], seen: str) -> Diagnostic | None:
     box = _seen_box(scene)
     if box is None or share_of_picture(box, camera, *size, scene.settings) >= _LOST:
         return None
     low, high = (", ".join(f"{number:g}" for number in corner) for corner in box)
-    seen = f"{covered:.2g} of {alpha.size:,} pixels show" if covered else "nothing of the picture shows"
     return Diagnostic("N932", camera.path, f"{seen} the scene, which reaches from ({low}) to ({high})")
 
 
