@@ -226,6 +226,14 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W313": (
         bound(
             shader("UsdPreviewSurface", "float inputs:roughness.connect = </M/N.outputs:out>"),
+            f'def Shader "N" {{ {shader("ND_checkerboard_color3", "float2 inputs:uvtiling = (901, 900)")}'
+            "color3f outputs:out\n}",
+        ),
+        {"/M/S.inputs:roughness"},
+    ),
+    "N938": (
+        bound(
+            shader("UsdPreviewSurface", "float inputs:roughness.connect = </M/N.outputs:out>"),
             f'def Shader "N" {{ {shader("ND_ramplr_float", "float inputs:valuer = 1")} float outputs:out\n}}',
         ),
         {"/M/S.inputs:roughness"},

@@ -15,6 +15,7 @@ from warp_rt.report import Report
 from warp_rt.scene import OpacityMode, Wrap
 from warp_rt.scene.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.load import load_stage
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.surface_inputs import InputReader
 
@@ -67,7 +68,7 @@ def read(nodes: str, count: int = 3, output: str = "out", name: str = "N", spot=
 def at(nodes: str, spots) -> np.ndarray:
     """Return the values of the texture that node N gives, at spots: shape [n, 4]; it is told to be an image."""
     found, _, reader, codes = read(nodes)
-    assert codes == ["W313"]
+    assert codes == ["N938"]
     values = texture_values(reader.textures[found.texture], reader._rows._images.images, np.array(spots))
     return np.repeat(values[:, found.channel, None], 4, axis=1) if found.channel >= 0 else values
 
@@ -318,7 +319,7 @@ def test_what_is_computed_of_images(image, others, category):
     lines, expected = COMPUTED[category]
     found, value, reader, codes = read(pictures(image, others) + node("N", f"ND_{category}_color3", *lines))
     np.testing.assert_allclose(value, expected, atol=2e-6)
-    assert codes == ([] if category in ("saturate", "contrast") else ["W313"])
+    assert codes == ([] if category in ("saturate", "contrast") else ["N938"])
     texture = reader.textures[found.texture]
     assert (texture.wrap_s, texture.wrap_t) == (Wrap.REPEAT, Wrap.REPEAT)  # as the images are
 
@@ -336,7 +337,7 @@ def test_what_is_computed_of_images(image, others, category):
 def test_vectors_of_images(image, others, category, lines, expected):
     _, value, _, codes = read(pictures(image, others) + node("N", f"ND_{category}_vector3", *lines))
     np.testing.assert_allclose(value, expected, atol=2e-6)
-    assert codes == ["W313"]
+    assert codes == ["N938"]
 
 
 @pytest.mark.parametrize("mode", ["clamp", "periodic", "mirror", "constant"])
@@ -363,7 +364,7 @@ def test_images_that_lie_differently_are_computed_as_fine_as_the_finest(image, o
     spot = (0.5 / 12, 0.5 / 12)
     found, value, reader, codes = read(nodes, spot=spot)
     height, width, _ = reader._rows._images.images[reader.textures[found.texture].image].pixels.shape
-    assert (width, height, codes) == (12, 12, ["W313"])
+    assert (width, height, codes) == (12, 12, ["N938"])
     corner = read(picture(image, "color3", "N"), spot=spot)[1]
     np.testing.assert_allclose(value, corner * OTHERS[3, 0, :3] / 255.0, atol=2e-6)
 
@@ -374,8 +375,9 @@ def test_what_no_wrap_mode_continues_is_told(image, others):
         vec("uvtiling", 0.3, 0.3, kind="float2"),
     )  # fmt: skip
     _, _, reader, codes = read(picture(image, "color3") + tiled + node("N", "ND_multiply_color3", T1, U1))
-    assert codes == ["W313"]
+    assert codes == ["N938"]
     assert "repeated beyond" in next(iter(reader._report)).message
+    assert next(iter(reader.unknown_beyond.values())).is_continued == (False, False)
 
 
 def test_images_that_are_placed_alike_say_by_their_wrap_modes_how_they_go_on(image, others):
@@ -396,7 +398,7 @@ def test_a_change_beyond_the_unit_square_shows(center):
 
 
 def test_a_ramp_over_ten_units_is_whole():
-    """Of coordinates by a tenth: within a texel of 128 a unit."""
+    """Of coordinates by a tenth; the image reaches to 16, and linear interpolation is exact but about the end at 10."""
     nodes = node("C", "ND_texcoord_vector2")
     nodes += node("P", "ND_multiply_vector2", wire("in1", "C"), vec("in2", 0.1, 0.1, kind="float2"))
     lines = (vec("valuel", 0, 0, 0), vec("valuer", 1, 1, 1), wire("texcoord", "P"))
@@ -408,8 +410,9 @@ def test_a_ramp_over_ten_units_is_whole():
 def test_a_change_that_no_image_reaches_is_told(center):
     lines = (vec("valuel", 1, 0, 0), vec("valuer", 0, 1, 0), vec("center", center, kind="float"))
     _, _, reader, codes = read(node("N", "ND_splitlr_color3", *lines))
-    assert codes == ["W313"]
-    assert "from 0 to 1, which is repeated beyond" in next(iter(reader._report)).message
+    assert codes == ["N938"]
+    message = next(iter(reader._report)).message
+    assert "from 0 to 1, and repeated beyond, as what is computed is not" in message
 
 
 S, T = 0.4, 0.66
@@ -432,11 +435,11 @@ COLORS = {name: np.random.default_rng(k).uniform(size=3) for k, name in enumerat
     ],
 )
 def test_what_is_computed_of_coordinates(category, names, expected):
-    """To within a texel of 1024; the top is where t is 0, as in the reference library."""
+    """Exactly: what is linear by linear interpolation; the top is where t is 0, as in the reference library."""
     lines = [vec(name, *color) for name, color in zip(names, COLORS.values(), strict=False)]
     _, value, _, codes = read(node("N", f"ND_{category}_color3", *lines), spot=(S, T))
-    np.testing.assert_allclose(value, expected, atol=1e-3)
-    assert codes == ["W313"]
+    np.testing.assert_allclose(value, expected, atol=1e-6)
+    assert codes == ["N938"]
 
 
 @pytest.mark.parametrize("kind", ["float", "color3"])
@@ -452,9 +455,71 @@ def test_noise_of_coordinates(kind):
     step = 2 / 1024
     for spot in ((0.25, 0.5), (0.375, 0.875)):
         value, across, up = at(nodes, [spot, (spot[0] + step, spot[1]), (spot[0], spot[1] + step)])[:, :count]
-        np.testing.assert_allclose(value, 0.25, atol=2e-3)
+        np.testing.assert_allclose(value, 0.25, atol=2e-3)  # 1/2048 of what lies between least and greatest
         slopes = np.sort(np.abs(np.stack([across, up]) - value) / (2 * 0.6616 * 8 * step), axis=0)
         np.testing.assert_allclose(slopes, [[1] * count, [2] * count], rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines", "size"),
+    [
+        ("ND_ramplr_color3", (vec("valuer", 1, 1, 1),), (2, 1)),
+        ("ND_ramptb_color3", (vec("valueb", 1, 1, 1),), (1, 2)),
+        ("ND_ramp4_color3", (vec("valuebr", 1, 1, 1),), (2, 2)),
+        ("ND_splitlr_color3", (vec("valuer", 1, 1, 1),), (1024, 1)),
+        ("ND_checkerboard_color3", (vec("uvtiling", 8, 8, kind="float2"),), (256, 256)),  # once in a quarter
+        ("ND_checkerboard_color3", (vec("uvtiling", 1, 1, kind="float2"),), (2048, 2048)),  # once in two units
+        ("ND_noise2d_float", (), (65, 65)),
+    ],
+)
+def test_images_of_coordinates_have_the_texels_that_they_need(identifier, lines, size):
+    found, _, reader, codes = read(node("N", identifier, *lines))
+    pixels = reader._rows._images.images[reader.textures[found.texture].image].pixels
+    assert (pixels.shape[1], pixels.shape[0], codes) == (*size, ["N938"])
+
+
+def test_what_is_computed_of_coordinates_is_so_between_texels():
+    """Waves at random places in and beyond the unit square, to twice what the image is to be exact to."""
+    nodes = node("C", "ND_texcoord_vector2") + node("X", "ND_separate2_vector2", wire("in", "C"), outputs=("outx",))
+    nodes += node("P", "ND_multiply_float", wire("in1", "X", "outx"), vec("in2", 4 * np.pi, kind="float"))
+    spots = np.random.default_rng(4).uniform(-3, 3, (200, 2))
+    values = at(nodes + node("N", "ND_sin_float", wire("in", "P")), spots)[:, 0]
+    np.testing.assert_allclose(values, np.sin(4 * np.pi * spots[:, 0]), atol=2 * 2 / 2048)
+
+
+def test_what_is_finer_than_texels_is_told():
+    lines = (vec("uvtiling", 900, 900, kind="float2"), vec("uvoffset", 0.1, 0, kind="float2"))
+    _, _, reader, codes = read(node("N", "ND_checkerboard_color3", *lines))
+    assert codes == ["W313"]
+    assert "what is finer than its texels is lost" in next(iter(reader._report)).message
+
+
+@pytest.mark.parametrize(("reach", "codes"), [(1.0, ["N938"]), (1.5, ["N938", "W313"])])
+def test_coordinates_beyond_an_image_are_told(reach, codes):
+    """Noise is computed over the unit square; only a mesh with coordinates beyond it sees that it is repeated."""
+    stage = Usd.Stage.CreateInMemory()
+    surface = f'uniform token info:id = "UsdPreviewSurface"\n{wire("roughness", "N", kind="float")}'
+    stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        def Mesh "Quad" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
+            int[] faceVertexCounts = [4]
+            int[] faceVertexIndices = [0, 1, 2, 3]
+            point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+            texCoord2f[] primvars:st = [(0, 0), ({reach}, 0), ({reach}, 1), (0, 1)] (interpolation = "vertex")
+            rel material:binding = </M>
+        }}
+        def Material "M" {{
+            token outputs:surface.connect = </M/S.outputs:surface>
+            def Shader "S" {{ {surface}
+                token outputs:surface
+            }}
+            {node("N", "ND_noise2d_float")}
+        }}"""
+    )
+    told = [d for d in load_stage(stage).diagnostics if d.code in ("N938", "W313")]
+    assert [d.code for d in told] == codes
+    assert all(d.prim == "/M/S.inputs:roughness" for d in told)
+    assert reach == 1.0 or "/Quad has coordinates" in told[1].message
 
 
 def test_a_chequer_made_of_floors():
@@ -482,7 +547,7 @@ def test_tiles_are_computed_each_by_itself(tmp_path):
         _, value, _, codes = read(nodes, spot=(k + 0.5, 0.5))
         expected = np.array(color) / 255 * (np.multiply(color, 0.5).astype(np.uint8) / 255)
         np.testing.assert_allclose(value, expected, atol=2e-6)
-        assert codes == ["W313"]
+        assert codes == ["N938"]
 
 
 def test_nodes_that_many_lead_to_are_read_once(image, others):
@@ -492,7 +557,7 @@ def test_nodes_that_many_lead_to_are_read_once(image, others):
     )
     _, value, _, codes = read(nodes, name="X60")
     np.testing.assert_allclose(value, RGB, atol=2e-6)
-    assert codes == ["W313"]
+    assert codes == ["N938"]
 
 
 # --- coordinates

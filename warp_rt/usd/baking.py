@@ -8,6 +8,7 @@ is read between texels is then interpolated after the network instead of before 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,9 +18,9 @@ from warp_rt.scene import Image, Texture, Tiles, Wrap
 from warp_rt.scene.texture_values import decoded_texels, grid_values, texture_values
 from warp_rt.usd.continuation import UNIT, Continuation, Span, continuation, onto_unit
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.resolution import texel_axis
 from warp_rt.usd.signals import CHANNELS, Signal, Source
 
-PLAIN_SIZE = 1024  # texels each way of what is computed of coordinates themselves, as ramps and chequers are
 MAX_STRETCHED = 2048  # texels each way of images that are not placed alike, unless one has more itself
 _CHUNK = 1 << 15  # texels at a time: what is computed of them stays in the caches
 _SAME = 1e-5  # of a texel
@@ -35,10 +36,13 @@ class Baked:
     """Width and height [texel], of the largest tile."""
     window: tuple[Span, Span]
     """From where to where the image lies, across and upwards: of the coordinates as its textures are placed."""
-    is_continued: bool
-    """Whether the field beyond is as the texture has it wherever it was asked; else the image is repeated."""
+    is_continued: tuple[bool, bool]
+    """Whether the field beyond is as the texture has it wherever it was asked, across and upwards; else the image is
+    repeated."""
     is_proven: bool
     """Whether it is so everywhere, as the wrap modes of images tell that are placed alike."""
+    is_fine: bool
+    """Whether its texels are as fine as what the field is made of, but for edges, which are as wide as a texel."""
     undefined: int
     """Texels at which something that the field is computed of is no number."""
 
@@ -54,19 +58,20 @@ def bake(source: Source, images: ImageCache) -> Baked:
     textures = [leaf.texture for leaf in leaves if leaf.texture is not None]
     transform, is_common = _transform(textures)
     from_image = np.linalg.inv(transform)
-    size = _size(leaves, images.images, from_image)
+    size, is_fine = _size(textures, images.images, from_image)
     evaluation = _Evaluation(images.images, size, from_image)
     grids = [texture.tiles for texture in textures if texture.tiles is not None]
     is_tiled = bool(grids) and is_common
     if is_tiled:
-        beyond = Continuation((Wrap.BLACK, Wrap.BLACK), (UNIT, UNIT), np.zeros(CHANNELS), True)
+        beyond = Continuation((Wrap.BLACK, Wrap.BLACK), (UNIT, UNIT), np.zeros(CHANNELS), (True, True))
     else:
-        beyond = continuation(lambda points: evaluation.at(source, points), is_of_images=bool(textures))
-        if beyond.spans != (UNIT, UNIT):
-            transform = onto_unit(beyond.spans)
+        field = functools.partial(evaluation.at, source)
+        beyond = continuation(field, is_of_images=bool(textures))
+        if not textures:
+            across, upwards = (texel_axis(field, beyond, axis) for axis in (0, 1))
+            size, is_fine = (across.count, upwards.count), across.is_fine and upwards.is_fine
+            transform = onto_unit((across.span, upwards.span))
             from_image = np.linalg.inv(transform)
-            width, height = (min(int(PLAIN_SIZE * (high - low)), MAX_STRETCHED) for low, high in beyond.spans)
-            size = (width, height)
             evaluation = _Evaluation(images.images, size, from_image)
     used = [row for texture in textures for row in _rows(texture)]
 
@@ -92,8 +97,10 @@ def bake(source: Source, images: ImageCache) -> Baked:
         bias=(red, green, blue, alpha),
     )
     rows = _rows(texture)
-    is_proven = beyond.fits and is_common and all(leaf.texture is not None for leaf in leaves)
-    return Baked(texture, size, beyond.spans, beyond.fits, is_proven, sum(images.undefined(row) for row in rows))
+    is_proven = all(beyond.fits) and is_common and all(leaf.texture is not None for leaf in leaves)
+    return Baked(
+        texture, size, beyond.spans, beyond.fits, is_proven, is_fine, sum(images.undefined(row) for row in rows)
+    )
 
 
 @dataclass(frozen=True)
@@ -146,10 +153,14 @@ class _Evaluation:
         return self._source(source, places, {})
 
     def _signal(self, signal: Signal, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
-        offset = signal.matrix[:, -1]
+        linear, offset = signal.matrix[:, :-1], signal.matrix[:, -1]
         if signal.value is not None or signal.source is None:
-            return np.tile(offset, (len(places.points), 1))
-        return np.asarray(self._source(signal.source, places, done) @ signal.matrix[:, :-1].T + offset)
+            return np.broadcast_to(offset, (len(places.points), len(offset)))
+        values = self._source(signal.source, places, done)
+        if not np.array_equal(linear, np.eye(*linear.shape)):
+            values = values @ np.ascontiguousarray(linear.T)
+        values = values[:, : len(linear)]
+        return values + offset if offset.any() else values
 
     def _source(self, source: Source, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
         """Return the four components of a source, float64, shape [n, 4]; ``done`` keeps them, by key."""
@@ -162,8 +173,11 @@ class _Evaluation:
             arguments = [self._signal(argument, places, done) for argument in source.computed.arguments]
             with np.errstate(all="ignore"):
                 values = np.asarray(source.computed.function(*arguments), float)
-            self._is_undefined |= ~np.isfinite(values).all(axis=1)
-            return _padded(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0))
+            is_number = np.isfinite(values)
+            if not is_number.all():
+                self._is_undefined |= ~is_number.all(axis=1)
+                values = np.where(is_number, values, 0.0)
+            return _padded(values)
         if source.texture is None:
             return _padded(self._coordinates(places.points))
         if places.tile is not None and source.texture.tiles is not None:
@@ -210,7 +224,9 @@ def _on_tile(texture: Texture, tile: tuple[int, int]) -> Texture:
 
 
 def _padded(values: np.ndarray) -> np.ndarray:
-    return np.pad(values, ((0, 0), (0, CHANNELS - values.shape[1])))
+    padded = np.zeros((len(values), CHANNELS))
+    padded[:, : values.shape[1]] = values
+    return padded
 
 
 def _matrix(texture: Texture) -> np.ndarray:
@@ -248,20 +264,18 @@ def _transform(textures: Sequence[Texture]) -> tuple[np.ndarray, bool]:
     return np.eye(3), False
 
 
-def _size(leaves: Sequence[Source], images: Sequence[Image], from_image: np.ndarray) -> tuple[int, int]:
-    """Return the width and height that are as fine as the finest of what a field reads, within limits."""
+def _size(textures: Sequence[Texture], images: Sequence[Image], from_image: np.ndarray) -> tuple[tuple[int, int], bool]:
+    """Return the width and height that are as fine as the finest of some textures; whether the limits let them be."""
     size, limit = np.ones(2), np.full(2, float(MAX_STRETCHED))
-    for leaf in leaves:
-        if leaf.texture is None:
-            size = np.maximum(size, PLAIN_SIZE)
-            continue
-        stretch = _matrix(leaf.texture)[:2] @ from_image[:, :2]
-        for row in _rows(leaf.texture):
+    for texture in textures:
+        stretch = _matrix(texture)[:2] @ from_image[:, :2]
+        for row in _rows(texture):
             height, width = images[row].pixels.shape[:2]
             size = np.maximum(size, np.linalg.norm(stretch * [[width], [height]], axis=0))
             limit = np.maximum(limit, (width, height))
-    width, height = np.minimum(np.ceil(size - _SAME), limit).astype(int).tolist()
-    return width, height
+    needed = np.ceil(size - _SAME)
+    width, height = np.minimum(needed, limit).astype(int).tolist()
+    return (width, height), bool((needed <= limit).all())
 
 
 def _lay_out(grids: Sequence[Tiles], made: Callable[[int, int], int]) -> tuple[int, Tiles]:

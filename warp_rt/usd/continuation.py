@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,11 +18,14 @@ Span = tuple[float, float]
 UNIT: Span = (0.0, 1.0)
 FARTHEST = 1000.0  # units that a field is asked away from the unit square
 
+ACCURACY = 1 / 2048  # of a field's range, an eighth of the step of eight bits: what is nearer is the same
+CLOSE = 1e-9  # units from an edge: a step on it does not belong to the image
+
 _NEAR = 256  # places in the unit square and next to it, where wrap modes show
+_FEW = 64
 _FAR = 1024  # places farther out, 200 for each power of ten
+_PERIODS = (*0.5 ** np.arange(6, -1, -1), *range(2, 17))  # units after which a field is asked whether it repeats itself
 _REACH = 16.0  # units that an image may reach either way, so that it has at least 64 texels in each
-_INSIDE = 1e-9  # units from an edge: a step on it does not belong to the image
-_SAME = 1e-5  # of the largest value, if that is above 1
 
 Field = Callable[[np.ndarray], np.ndarray]
 """Gives the values at places, shape [n, 2]: float64, shape [n, 4]."""
@@ -39,8 +43,8 @@ class Continuation:
     """From where to where the image lies, across and upwards."""
     border: np.ndarray
     """The field's value beyond where a wrap mode is black, shape [4]."""
-    fits: bool
-    """Whether that is so at all places at which the field was asked."""
+    fits: tuple[bool, bool]
+    """Whether that is so at all places at which the field was asked, across and upwards."""
 
 
 def continuation(field: Field, *, is_of_images: bool) -> Continuation:
@@ -51,12 +55,13 @@ def continuation(field: Field, *, is_of_images: bool) -> Continuation:
 
     Args:
         field: What is asked.
-        is_of_images: Whether it reads images, whose square is kept; else the image may be as wide as it takes until
-            the field is constant.
+        is_of_images: Whether it reads images, whose square is kept; else the image is as narrow as what repeats itself,
+            or as wide as it takes until the field is constant.
     """
     wraps: list[Wrap] = []
     spans: list[Span] = []
-    border, fits = None, True
+    fits: list[bool] = []
+    border = None
     for axis in (0, 1):
         probes = _Probes.of(field, axis)
         span, wrap = UNIT, next((mode for mode, fold in _FOLDS.items() if probes.agree(fold)), None)
@@ -64,17 +69,21 @@ def continuation(field: Field, *, is_of_images: bool) -> Continuation:
             # Of an image, nearer, the outermost texels show between texels.
             far = probes.values[np.abs(probes.along - 0.5) > (1.0 if is_of_images else 0.5)]
             edge = far[0] if border is None else border
-            if np.abs(far - edge).max() <= probes.slack:
+            if (np.abs(far - edge) <= probes.slack).all():
                 border, wrap = edge, Wrap.BLACK
         if wrap is None and not is_of_images:
             wider = _span(probes)
             if wider is not None:
                 span, wrap = wider, Wrap.CLAMP
-        fits = fits and wrap is not None
+        if wrap in (None, Wrap.REPEAT) and not is_of_images:
+            period = next((period for period in _PERIODS if probes.agree(_folded_to(period))), None)
+            if period is not None:
+                span, wrap = (0.0, float(period)), Wrap.REPEAT
+        fits.append(wrap is not None)
         wraps.append(Wrap.REPEAT if wrap is None else wrap)
         spans.append(span)
     outside = np.zeros(CHANNELS) if border is None else border
-    return Continuation((wraps[0], wraps[1]), (spans[0], spans[1]), outside, fits)
+    return Continuation((wraps[0], wraps[1]), (spans[0], spans[1]), outside, (fits[0], fits[1]))
 
 
 def onto_unit(spans: tuple[Span, Span]) -> np.ndarray:
@@ -107,17 +116,21 @@ class _Probes:
         """Where the places lie on the axis, shape [n]."""
         return np.asarray(self.places[:, self.axis])
 
-    @property
-    def slack(self) -> float:
-        """To within this two values are one."""
-        return _SAME * max(1.0, float(np.abs(self.values).max()))
+    @cached_property
+    def slack(self) -> np.ndarray:
+        """To within this two values are one, by component: shape [4]."""
+        return np.asarray(np.ptp(self.values, axis=0) * ACCURACY + CLOSE * max(1.0, float(np.abs(self.values).max())))
 
     def agree(self, fold: Fold, chosen: np.ndarray | None = None) -> bool:
         """Return whether the field is the same at places that are moved along the axis; ``chosen``: at some of them."""
         rows = np.arange(len(self.places)) if chosen is None else np.flatnonzero(chosen)
-        moved = self.places[rows]
-        moved[:, self.axis] = fold(moved[:, self.axis])
-        return bool(np.abs(self.field(moved) - self.values[rows]).max() <= self.slack)
+        # Most folds that do not fit show it at the first few places.
+        for some in (rows[:_FEW], rows[_FEW:]):
+            moved = self.places[some]
+            moved[:, self.axis] = fold(moved[:, self.axis])
+            if (np.abs(self.field(moved) - self.values[some]) > self.slack).any():
+                return False
+        return True
 
 
 def _places(axis: int) -> np.ndarray:
@@ -142,25 +155,25 @@ def _span(probes: _Probes) -> Span | None:
     return None if low is None or high is None else (float(low), float(high))
 
 
+def _folded_to(period: float) -> Fold:
+    return lambda s: s - period * np.floor(s / period)
+
+
 def _held_below(edge: float) -> Fold:
-    return lambda s: np.minimum(s, edge - _INSIDE)
+    return lambda s: np.minimum(s, edge - CLOSE)
 
 
 def _held_above(edge: float) -> Fold:
-    return lambda s: np.maximum(s, edge + _INSIDE)
+    return lambda s: np.maximum(s, edge + CLOSE)
 
 
 def _clamped(s: np.ndarray) -> np.ndarray:
-    return np.clip(s, _INSIDE, 1.0 - _INSIDE)
-
-
-def _repeated(s: np.ndarray) -> np.ndarray:
-    return s - np.floor(s)
+    return np.clip(s, CLOSE, 1.0 - CLOSE)
 
 
 def _mirrored(s: np.ndarray) -> np.ndarray:
     return 1.0 - np.abs(s - 2.0 * np.floor(s / 2.0) - 1.0)
 
 
-_FOLDS = {Wrap.CLAMP: _clamped, Wrap.REPEAT: _repeated, Wrap.MIRROR: _mirrored}
+_FOLDS = {Wrap.CLAMP: _clamped, Wrap.REPEAT: _folded_to(1.0), Wrap.MIRROR: _mirrored}
 """Where in the unit square the value of a place is found; of what is constant all fit, and the first counts."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import UsdShade
@@ -17,9 +17,20 @@ from warp_rt.usd.mixed_texture import mixed_texture
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import CHANNELS, Signal, Source
 
-BAKED = "W313"
+LOSSY = "W313"
+BAKED = "N938"
 
 Vector4 = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An image that is what it was made of within its window alone."""
+
+    port: str
+    """Path of the input that it was made for."""
+    is_continued: tuple[bool, bool]
+    """Whether it is so beyond it, too, across and upwards."""
 
 
 class InputRows:
@@ -33,9 +44,15 @@ class InputRows:
     def __init__(self, images: ImageCache, report: Report) -> None:
         self.textures: list[Texture] = []
         """Rows of ``Scene.textures``."""
+        self.unknown_beyond: dict[int, Unknown] = {}
+        """Textures whose images are repeated beyond for want of anything better."""
         self._images = images
         self._report = report
         self._rows: dict[tuple[str, bytes], int] = {}
+        self._bakes: dict[str, Baked] = {}
+        """By key of the field."""
+        self._unknown: dict[str, Unknown] = {}
+        """By key of what was made of a field."""
 
     def lower(self, found: Signal, count: int, port: UsdShade.Input) -> Input | None:
         """Return a signal as an input of ``count`` components; None, told, where no texture or primvar gives it."""
@@ -65,6 +82,8 @@ class InputRows:
             row = self._row(source, scale, bias)
         else:
             row, channel = self._mixed_row(source, linear, offset), 0 if count == 1 else -1
+        if source.key in self._unknown:
+            self.unknown_beyond[row] = self._unknown[source.key]
         return Input(texture=row, channel=channel)
 
     def add(self, texture: Texture) -> int:
@@ -73,14 +92,18 @@ class InputRows:
         return len(self.textures) - 1
 
     def _baked(self, source: Source, port: UsdShade.Input) -> Source:
-        """Return the texture that is made of a field, which is told."""
-        baked = bake(source, self._images)
+        """Return the texture that is made of a field, which is told: as a warning where that loses something."""
+        if source.key not in self._bakes:
+            self._bakes[source.key] = bake(source, self._images)
+        baked = self._bakes[source.key]
         width, height = baked.size
         message = f"what its network computes is made an image of {width} x {height} texels{_where(baked)}"
-        if baked.undefined:
-            message += f"; at {baked.undefined} of them something on the way is no number and counts as 0"
-        self._report.warn(BAKED, port.GetAttr().GetPath(), message)
-        return Source(f"baked {source.key}", baked.texture)
+        losses = _losses(baked)
+        self._report.warn(LOSSY if losses else BAKED, port.GetAttr().GetPath(), "; ".join([message, *losses]))
+        made = Source(f"baked {source.key}", baked.texture)
+        if not all(baked.is_continued):
+            self._unknown[made.key] = Unknown(str(port.GetAttr().GetPath()), baked.is_continued)
+        return made
 
     def _row(self, source: Source, scale: Vector4, bias: Vector4) -> int:
         """Return the row of a texture whose value, and fallback, is scaled and shifted."""
@@ -113,9 +136,19 @@ def _where(baked: Baked) -> str:
         return ""
     across, upwards = (f"from {low:g} to {high:g}" for low, high in baked.window)
     where = across if across == upwards else f"{across} and {upwards}"
-    if not baked.is_continued:
-        return f", of its coordinates {where}, which is repeated beyond"
+    if not all(baked.is_continued):
+        return f", of its coordinates {where}, and repeated beyond, as what is computed is not"
     return f", of its coordinates {where}; that it goes on beyond as the image does is seen at samples alone"
+
+
+def _losses(baked: Baked) -> list[str]:
+    """Return what the image of a field has not as the field has it."""
+    losses = []
+    if not baked.is_fine:
+        losses.append("what is finer than its texels is lost")
+    if baked.undefined:
+        losses.append(f"at {baked.undefined} of them something on the way is no number and counts as 0")
+    return losses
 
 
 def _components(found: tuple[float, ...], count: int) -> tuple[float, float, float, float]:

@@ -21,6 +21,7 @@ from warp_rt.usd.draw_modes import StandInReader
 from warp_rt.usd.gprims import GprimReader, Gprims
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.image_cache import KeptImages
+from warp_rt.usd.image_reach import report_beyond_images
 from warp_rt.usd.lights import read_light
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
@@ -150,6 +151,7 @@ def load_stage(
         if base_time is None:
             cameras = without_idle_shutters(stage, cameras, code)
         report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
+        report_beyond_images(group, gprims, materials.materials, materials.textures, materials.unknown_beyond, report)
         in_force = tuple(dict.fromkeys((terms.settings, *(product.settings for product in terms.products))))
         for settings in in_force:
             report_missing_camera(settings, cameras, stage, report)

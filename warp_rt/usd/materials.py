@@ -26,6 +26,7 @@ from warp_rt.usd.bsdf_graphs import BsdfReader
 from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
 from warp_rt.usd.foreign_surfaces import ForeignReader
 from warp_rt.usd.image_cache import ImageCache, KeptImages
+from warp_rt.usd.input_rows import Unknown
 from warp_rt.usd.shading_network import (
     WRONG_TYPE,
     Node,
@@ -100,6 +101,11 @@ class MaterialReader:
     def images(self) -> list[Image]:
         """Rows of ``Scene.images``."""
         return self._images.images
+
+    @property
+    def unknown_beyond(self) -> dict[int, Unknown]:
+        """Textures whose images are not all that they were made of: see ``InputRows``."""
+        return self._inputs.unknown_beyond
 
     def image(self, asset: Sdf.AssetPath, prim: Usd.Prim) -> int:
         """Return the row of an image; -1, with a diagnostic about ``prim``, where it cannot be read."""

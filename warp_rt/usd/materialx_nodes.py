@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
-from warp_rt.usd.noise import cells, perlin, worley
+from warp_rt.usd.noise import cells, perlin, perlin_vector, worley
 from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, join, multiply
 from warp_rt.usd.texture_coordinates import rotation
 
@@ -25,6 +25,7 @@ _TYPE = re.compile("|".join(_SIZES))
 _CHANNELS = {**{name: k for k, name in enumerate("xyzw")}, **{name: k for k, name in enumerate("rgba")}}
 _FRACTAL = (("lacunarity", 2.0), ("diminish", 0.5))
 _MAX_OCTAVES = 16  # beyond, they are finer than texels are
+_ALPHA_OFFSET = (19.0, 73.0)  # where the fourth component of a noise is that of a number
 _AP1_LUMINANCE = (0.2722287, 0.6740818, 0.0536895)  # the default of luminance's coefficients
 
 
@@ -280,8 +281,8 @@ def _is_odd(place: np.ndarray) -> np.ndarray:
 
 
 def _noise(node: NodeInputs) -> Signal:
-    found = apply_to_all(perlin, 4, _coordinates(node))
-    return add(multiply(_of_noise(found, node.size), node.get("amplitude", 1.0)), node.get("pivot", 0.0))
+    found = _perlin_at(_coordinates(node), node.size)
+    return add(multiply(found, node.get("amplitude", 1.0)), node.get("pivot", 0.0))
 
 
 def _fractal(node: NodeInputs) -> Signal:
@@ -292,16 +293,19 @@ def _fractal(node: NodeInputs) -> Signal:
     place, total, strength = _coordinates(node), Signal.constant([0.0] * node.size), Signal.constant([1.0])
     lacunarity, diminish = (node.read(name) or Signal.constant([value]) for name, value in _FRACTAL)
     for _ in range(octaves):
-        total = add(total, multiply(_of_noise(apply_to_all(perlin, 4, place), node.size), strength))
+        total = add(total, multiply(_perlin_at(place, node.size), strength))
         place, strength = multiply(place, lacunarity), multiply(strength, diminish)
     return multiply(total, node.get("amplitude", 1.0))
 
 
-def _of_noise(found: Signal, size: int) -> Signal:
+def _perlin_at(place: Signal, size: int) -> Signal:
     """Return the noise of a number, of as many components of a vector, or of a colour and its alpha."""
-    if size == 4:
-        raise DoesNotFold  # its alpha is the noise of another place
-    return found.pick([0] if size == 1 else range(1, size + 1))
+    if size == 1:
+        return apply_to_all(perlin, 1, place)
+    vector = apply_to_all(perlin_vector, 3, place)
+    if size < 4:
+        return vector.pick(range(size))
+    return join([vector, apply_to_all(perlin, 1, add(place, Signal.constant(_ALPHA_OFFSET)))])
 
 
 def _cells(node: NodeInputs) -> Signal:

@@ -9,6 +9,7 @@ Jenkins (2006), lookup3.c, public domain: its final mix of three words is the ha
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 
@@ -39,47 +40,90 @@ def hashed(*numbers: np.ndarray) -> np.ndarray:
     return final_mix(*words)
 
 
-def perlin(places: np.ndarray) -> np.ndarray:
-    """Return gradient noise, about -1 to 1, at places of shape [n, 2]: shape [n, 4].
+class _Lattice:
+    """What a function gives for cells of the plane about places: asked once a cell where places share them.
 
-    The first component is the noise of one number; the three after it are those of a vector of three.
+    Args:
+        cell: The whole numbers of the places' cells, float64, shape [2, n].
+        reach: Least and greatest step from there that is asked for.
+        function: Gives of whole numbers of shape [2, m] an array of shape [k, m].
     """
-    cell = np.floor(places)
-    place = places - cell
+
+    def __init__(self, cell: np.ndarray, reach: tuple[int, int], function: Callable[[np.ndarray], np.ndarray]) -> None:
+        self._cell = cell
+        self._function = function
+        self._table: np.ndarray | None = None
+        low = cell.min(axis=1, initial=np.inf) + reach[0]
+        size = cell.max(axis=1, initial=-np.inf) + reach[1] - low + 1.0
+        if size.prod() <= cell.shape[1]:  # nor where any is no number
+            self._width = int(size[0])
+            x, y = np.meshgrid(low[0] + np.arange(size[0]), low[1] + np.arange(size[1]))
+            self._table = function(np.stack([x.ravel(), y.ravel()]))
+            self._column = ((cell[1] - low[1]) * size[0] + (cell[0] - low[0])).astype(np.int64)
+
+    def at(self, step: tuple[int, int]) -> np.ndarray:
+        """Return what the function gives so many cells away from each place, shape [k, n]."""
+        if self._table is None:
+            return self._function(self._cell + np.array(step)[:, None])
+        return self._table.take(self._column + (step[1] * self._width + step[0]), axis=1)
+
+
+def perlin(places: np.ndarray) -> np.ndarray:
+    """Return gradient noise of one number, about -1 to 1, at places of shape [n, 2]: shape [n, 1]."""
+    return _perlin(places, lambda bits: [bits])
+
+
+def perlin_vector(places: np.ndarray) -> np.ndarray:
+    """Return gradient noise of a vector of three, as ``perlin`` of one number: shape [n, 3]."""
+    return _perlin(places, lambda bits: [(bits >> np.uint32(8 * k)) & np.uint32(0xFF) for k in range(3)])
+
+
+def _perlin(places: np.ndarray, split: Callable[[np.ndarray], list[np.ndarray]]) -> np.ndarray:
+    """Return gradient noise of as many components as ``split`` makes of the hash of a corner: shape [n, k]."""
+    place = np.ascontiguousarray(places.T)
+    cell = np.floor(place)
+    place = place - cell
     fade = place**3 * (place * (place * 6.0 - 15.0) + 10.0)
-    total = np.zeros((len(places), 4))
+    shares = (1.0 - fade, fade)
+
+    def gradients(corners: np.ndarray) -> np.ndarray:
+        return np.concatenate([_gradient(bits) for bits in split(hashed(*corners))])
+
+    lattice, total = _Lattice(cell, (0, 1), gradients), np.zeros(1)
     for corner in itertools.product((0, 1), (0, 1)):
-        bits = hashed(cell[:, 0] + corner[0], cell[:, 1] + corner[1])
-        weight = np.prod(np.where(corner, fade, 1.0 - fade), axis=1)
-        of_vector = [(bits >> np.uint32(8 * k)) & np.uint32(0xFF) for k in range(3)]
-        for k, chosen in enumerate((bits, *of_vector)):
-            total[:, k] += weight * _slope(chosen, place - corner)
-    return _SCALE * total
+        found = lattice.at(corner)
+        slope = found[::2] * (place[0] - corner[0]) + found[1::2] * (place[1] - corner[1])
+        total = total + slope * (shares[corner[0]][0] * shares[corner[1]][1])
+    return np.asarray(_SCALE * total.T)
 
 
-def _slope(bits: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return one of eight gradients, by the lowest bits of a hash, times the way from its corner."""
+def _gradient(bits: np.ndarray) -> np.ndarray:
+    """Return one of eight gradients, by the lowest bits of a hash: shape [2, n]."""
     is_x = (bits & np.uint32(7)) < 4
-    first, second = np.where(is_x, place[:, 0], place[:, 1]), 2.0 * np.where(is_x, place[:, 1], place[:, 0])
-    return np.where(bits & np.uint32(1), -first, first) + np.where(bits & np.uint32(2), -second, second)
+    first = np.where(bits & np.uint32(1), -1.0, 1.0)
+    second = np.where(bits & np.uint32(2), -2.0, 2.0)
+    return np.stack([np.where(is_x, first, second), np.where(is_x, second, first)])
 
 
 def cells(places: np.ndarray) -> np.ndarray:
     """Return a number from 0 to 1 for each unit cell that places of shape [n, 2] are in: shape [n, 1]."""
-    cell = np.floor(places)
-    return _share(hashed(cell[:, 0], cell[:, 1]))[:, None]
+    return _share(hashed(*np.floor(places.T)))[:, None]
 
 
 def worley(places: np.ndarray, jitter: np.ndarray) -> np.ndarray:
     """Return the distance to the nearest of points, one a unit cell, by ``jitter`` off its middle: shape [n, 1]."""
-    cell = np.floor(places)
-    nearest = np.full(len(places), np.inf)
+    place = np.ascontiguousarray(places.T)
+    cell = np.floor(place)
+    place = place - cell
+
+    def points(at: np.ndarray) -> np.ndarray:
+        return np.stack([_share(hashed(*at, np.full(at.shape[1], k))) for k in (0, 1)]) - 0.5
+
+    lattice, nearest = _Lattice(cell, (-1, 1), points), np.full(len(places), np.inf)
     for step in itertools.product((-1, 0, 1), (-1, 0, 1)):
-        at = cell + step
-        point = np.stack([_share(hashed(at[:, 0], at[:, 1], np.full(len(at), k))) for k in (0, 1)], axis=1)
-        point = at + 0.5 + (point - 0.5) * jitter
-        nearest = np.minimum(nearest, np.linalg.norm(point - places, axis=1))
-    return nearest[:, None]
+        away = lattice.at(step) * jitter.T + (np.add(step, 0.5)[:, None] - place)
+        nearest = np.minimum(nearest, away[0] ** 2 + away[1] ** 2)
+    return np.sqrt(nearest)[:, None]
 
 
 def _share(bits: np.ndarray) -> np.ndarray:

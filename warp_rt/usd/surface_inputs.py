@@ -12,7 +12,7 @@ from pxr import Usd, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.input_rows import InputRows
+from warp_rt.usd.input_rows import InputRows, Unknown
 from warp_rt.usd.shading_network import WRONG_TYPE
 from warp_rt.usd.signal_reader import SignalReader
 from warp_rt.usd.signals import Signal
@@ -38,6 +38,11 @@ class InputReader:
     def textures(self) -> list[Texture]:
         """Rows of ``Scene.textures``."""
         return self._rows.textures
+
+    @property
+    def unknown_beyond(self) -> dict[int, Unknown]:
+        """Textures whose images are not all that they were made of: see ``InputRows``."""
+        return self._rows.unknown_beyond
 
     def read(self, port: UsdShade.Input, count: int, material: Usd.Prim) -> Input | None:
         """Return what an input says.
