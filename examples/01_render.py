@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Render a stage to a picture: the lecture's mirror and teapot.
 
-python examples/01_render.py [picture.png]
+python examples/01_render.py [folder]
 """
 
 import sys
@@ -11,7 +11,9 @@ from pathlib import Path
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
 
 image = warp_rt.render(STAGE, width=480, depth=7)
-image.save(sys.argv[1] if len(sys.argv) > 1 else "mirror_teapot.png")
+image.save(folder / "mirror_teapot.png")
 print(f"{image.width} x {image.height} pixels, mean colour {image.linear.mean(axis=(0, 1)).round(3)}")

@@ -11,7 +11,7 @@ from pathlib import Path
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "depth_series")
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(parents=True, exist_ok=True)
 
 series = warp_rt.render_series(STAGE, range(1, 8), width=320, threshold=0.0)

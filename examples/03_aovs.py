@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Depth, normals and ids as NumPy arrays: how much of the picture each prim covers, and how far away it is.
 
-python examples/03_aovs.py
+python examples/03_aovs.py [folder]
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from PIL import Image
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
 
 scene = warp_rt.load_scene(STAGE)
 renderer = warp_rt.Renderer(scene, warp_rt.RenderOptions(width=320, aovs=("color", "depth", "normal", "primId")))
@@ -27,4 +30,4 @@ for prim in np.unique(ids):
         nearest, up = depth[here].min(), (normal[here][:, 2] > 0.99).mean()
         print(f"{here.mean():6.1%}  {film.prims[prim]}: from {nearest:.1f} units away, {up:.0%} of it level")
 
-Image.fromarray((255 * (0.5 + 0.5 * normal)).astype(np.uint8)).save("normals.png")
+Image.fromarray((255 * (0.5 + 0.5 * normal)).astype(np.uint8)).save(folder / "normals.png")

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scene without USD: a wavy surface from NumPy arrays, with a material and a light of one's own.
 
-python examples/04_from_arrays.py [picture.png]
+python examples/04_from_arrays.py [folder]
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -44,5 +45,7 @@ scene = warp_rt.Scene.from_arrays(
     settings=Settings(ambient=(1.0, 1.0, 1.0), background=(0.05, 0.08, 0.12)),
 )
 image = warp_rt.render(scene, width=320, height=240)
-image.save(sys.argv[1] if len(sys.argv) > 1 else "waves.png")
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
+image.save(folder / "waves.png")
 print(f"{scene.triangle_count} triangles, {image.film.rays.shadow} shadow rays")

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rays of one's own: a ring of range finders in the middle of the scene, and what each of them can see.
 
-python examples/05_rays.py
+python examples/05_rays.py [folder]
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from PIL import Image
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
 
 scene = warp_rt.load_scene(STAGE)
 accel = warp_rt.build_accel(scene, device="cpu")
@@ -34,4 +37,4 @@ x, y = np.meshgrid(np.linspace(-6, 6, 360), np.linspace(5, -5, 300))
 above = np.stack([x, y, np.full_like(x, 10)], axis=-1).reshape(-1, 3)
 down = warp_rt.closest_hit(accel, above, np.broadcast_to([0.0, 0.0, -1.0], above.shape))
 heights = np.clip(10 - down.t.reshape(x.shape), 0, 5)
-Image.fromarray((255 * heights / 5).astype(np.uint8)).save("heights.png")
+Image.fromarray((255 * heights / 5).astype(np.uint8)).save(folder / "heights.png")

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The functions that the kernels are made of, called from Python one by one, and then from a kernel of one's own.
 
-python examples/06_kernels.py
+python examples/06_kernels.py [folder]
 """
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import warp as wp
@@ -47,4 +49,6 @@ for degrees in range(0, 90, 15):
     inside = refract(way, normal, 1.0 / 1.5)
     draw.line((200 - 140 * way[0], 150 + 140 * way[2], 200, 150), fill="#c75b12", width=2)
     draw.line((200, 150, 200 + 140 * inside[0], 150 - 140 * inside[2]), fill="#1f5fa8", width=2)
-picture.save("refraction.png")
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
+picture.save(folder / "refraction.png")

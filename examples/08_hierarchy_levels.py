@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Producing the bounding volume hierarchy: levels of it as USD layers of boxes over the model, and a picture of four.
 
-python examples/08_hierarchy_levels.py
+python examples/08_hierarchy_levels.py [folder]
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from pxr import Gf, Usd, UsdGeom, Vt
 import warp_rt
 
 MODEL = Path(wp.__file__).parent / "examples" / "assets" / "bunny.usd"
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
 COLORS = {1: (0.9, 0.1, 0.05), 3: (0.9, 0.4, 0.0), 5: (0.2, 0.55, 0.1), 7: (0.05, 0.3, 0.8)}
 
 
@@ -51,7 +54,7 @@ for level in range(1, 8):
     groups = [half for group in groups for half in split(group)]
     boxes = np.array([(group.min(axis=(0, 1)), group.max(axis=(0, 1))) for group in groups], np.float32)
     if level in COLORS:
-        write_layer(f"level_{level}.usda", boxes, COLORS[level], width=0.01 + 0.005 * level)
-        pictures.append(warp_rt.render(f"level_{level}.usda", width=400, height=360, spp=4).to_srgb8())
+        write_layer(str(folder / f"level_{level}.usda"), boxes, COLORS[level], width=0.01 + 0.005 * level)
+        pictures.append(warp_rt.render(folder / f"level_{level}.usda", width=400, height=360, spp=4).to_srgb8())
         print(f"level {level}: {len(boxes)} boxes, {max(map(len, groups))} triangles in the fullest")
-Image.fromarray(np.vstack([np.hstack(pictures[:2]), np.hstack(pictures[2:])])).save("hierarchy_levels.png")
+Image.fromarray(np.vstack([np.hstack(pictures[:2]), np.hstack(pictures[2:])])).save(folder / "hierarchy_levels.png")

@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Why has a pixel its colour? Its ray tree, printed, and taken apart: which body gives how much of the light.
 
-python examples/09_ray_tree.py
+python examples/09_ray_tree.py [folder]
 """
 
+import sys
 from collections import Counter
 from pathlib import Path
 
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+folder.mkdir(parents=True, exist_ok=True)
 
 tree = warp_rt.trace_tree(STAGE, 240, 70, width=320, device="cpu")
 print(tree.to_text(levels=2))
@@ -26,5 +29,5 @@ for body, share in shares.most_common():
 total = sum(sum(node.contribution) for node in tree)
 print(f"All {len(tree)} nodes sum to {total:.6f}, the pixel's channels to {sum(tree.value):.6f}")
 
-tree.save_usd("ray_tree.usda")  # the scene with the rays in it, as curves
-warp_rt.render("ray_tree.usda", width=320, device="cpu").save("ray_tree.png")
+tree.save_usd(folder / "ray_tree.usda")  # the scene with the rays in it, as curves
+warp_rt.render(folder / "ray_tree.usda", width=320, device="cpu").save(folder / "ray_tree.png")
