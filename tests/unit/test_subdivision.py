@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -280,6 +281,56 @@ def test_odd_meshes_stay_finite_and_keep_what_is_pinned() -> None:
     np.testing.assert_allclose(limits[1], (1, 0, 0), atol=1e-12)
 
 
+@pytest.mark.parametrize("is_loop", [False, True])
+def test_vertices_where_two_cones_touch_are_corners(is_loop: bool) -> None:
+    """Around the apex of both lie two rings: OpenSubdiv sharpens what is no manifold."""
+    faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2], [0, 5, 4], [0, 6, 5], [0, 4, 6], [4, 5, 6]]
+    points = np.array([(0, 0, 0), (1, 1, 1), (1, -1, 1), (1, 0, -1), (-1, 1, 3), (-1, -1, 3), (-1, 0, 1)], float)
+    limits, _, _ = Surface(topology(faces, 7), Rules(is_loop=is_loop), 2).limit(points)
+    np.testing.assert_allclose(limits[0], 0, atol=1e-12)
+
+
+def test_a_rim_that_touches_a_cone_is_a_corner_there() -> None:
+    faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2], [0, 4, 5, 6], [0, 6, 7, 8]]
+    points = np.random.default_rng(3).normal(size=(9, 3))
+    limits, _, _ = Surface(topology(faces, 9), Rules(), 2).limit(points)
+    np.testing.assert_allclose(limits[0], points[0], atol=1e-12)
+
+
+def test_vertices_between_faces_of_different_sides_are_corners() -> None:
+    faces = grid(3)
+    faces[3] = faces[3][::-1]
+    points = np.random.default_rng(4).normal(size=(9, 3))
+    limits, _, _ = Surface(topology(faces, 9), Rules(), 2).limit(points)
+    np.testing.assert_allclose(limits[4], points[4], atol=1e-12)
+
+
+def test_fins_meet_in_a_smooth_crease() -> None:
+    """Three strips share two edges in a row: their curve is a cubic B-spline, and its ends are corners."""
+    points, faces = [(0.0, y * y / 2, 0.0) for y in range(3)], []
+    for turn in 2 * np.pi * np.arange(3) / 3:
+        first = len(points)
+        points += [(np.cos(turn), y, np.sin(turn)) for y in range(3)]
+        faces += [[y, y + 1, first + y + 1, first + y] for y in range(2)]
+    limits, _, _ = Surface(topology(faces, len(points)), Rules(), 1).limit(np.array(points))
+    np.testing.assert_allclose(limits[:3, 1], [0, (0 + 4 * 0.5 + 2) / 6, 2], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rim", "faces"),
+    [
+        ([], set()),
+        ([0, 1, 2, 5, 8, 7, 6, 3, 0], {0, 1, 2, 3}),
+        ([0, 1, 2, 5, 8, 7, 6, 3], {1, 3}),  # the edge from 3 to 0 is open: no face at its ends
+    ],
+)
+def test_boundary_rule_none_leaves_out_faces_at_rims_that_are_not_creased(rim: list[int], faces: set[int]) -> None:
+    cage = topology(grid(3), 9, dict.fromkeys(itertools.pairwise(rim), INFINITE))
+    order = [0, 2, 1, 3]  # of the grid's faces, whose vertex i * 3 + j is at (i, j)
+    shown = Surface(cage, Rules(boundary="none"), 1).has_surface[order]
+    assert set(np.flatnonzero(shown)) == {order[face] for face in faces}
+
+
 def test_boundary_rule_none_leaves_the_rim_out() -> None:
     surface = Surface(topology(grid(5), 25), Rules(boundary="none"), 1)
     assert surface.has_surface.sum() == 4
@@ -326,6 +377,48 @@ def test_corners_of_islands_are_pinned_unless_the_rule_is_none() -> None:
         found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values)
         stays = np.abs(found[rows[4 * middle[0]]] - (20, 20)).max() < 1e-12
         assert stays == (rule != "none"), rule
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_values_at_the_corner_of_a_lone_face(rule: str) -> None:
+    """Sharp, though ``edgeOnly`` rounds the surface off there, unless no rule asks for corners."""
+    cage = topology([[0, 1, 2, 3]], 4)
+    values = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
+    found, rows = Surface(cage, Rules(boundary="edgeOnly", face_varying=rule), 1).face_varying(values)
+    np.testing.assert_allclose(found[rows[0]], 0.125 if rule == "none" else 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_values_along_a_rim(rule: str) -> None:
+    """``boundaries`` means the surface's as well as those of islands."""
+    cage = topology([[0, 1, 4, 3], [1, 2, 5, 4]], 6)
+    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(
+        np.where(cage.corners % 3 == 2, 3.0, 0)[:, None]
+    )
+    np.testing.assert_allclose(found[rows[4]], 0 if rule in ("boundaries", "all") else 3 / 8, atol=1e-12)
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize(("sharpness", "moved"), [(0.5, 1 - 0.125), (INFINITE, 1.0), (0.0, 1 - 0.25)])
+def test_values_on_a_seam_are_as_sharp_as_their_vertex(rule: str, sharpness: float, moved: float) -> None:
+    cage = topology(grid(5), 25, corners={12: sharpness})
+    u = cage.corners // 5 + np.where(np.arange(len(cage.corners)) // 4 >= 8, 10.0, 0.0)
+    values = np.stack([u, 1 - (cage.corners % 5 - 2.0) ** 2], axis=1)
+    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values)
+    corner = np.flatnonzero((cage.corners == 12) & (u < 5))[0]
+    np.testing.assert_allclose(found[rows[4 * corner]], (2, 1 if rule in ("boundaries", "all") else moved), atol=1e-12)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_crease_within_one_island_sharpens_both_where_rules_depend(rule: str) -> None:
+    """An infinite crease runs into the seam from the first island: by plus rules the second's value is sharp, too."""
+    cage = topology(grid(5), 25, {(7, 12): INFINITE})
+    u = cage.corners // 5 + np.where(np.arange(len(cage.corners)) // 4 >= 8, 10.0, 0.0)
+    values = np.stack([u, (cage.corners % 5 - 2.0) ** 2], axis=1)
+    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values)
+    for side, is_sharp in ((u < 5, True), (u > 5, rule not in ("none", "cornersOnly"))):
+        corner = np.flatnonzero((cage.corners == 12) & side)[0]
+        np.testing.assert_allclose(found[rows[4 * corner], 1], 0 if is_sharp else 0.25, atol=1e-12)
 
 
 def test_affine_values_are_reproduced() -> None:

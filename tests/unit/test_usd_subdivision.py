@@ -83,6 +83,9 @@ def test_corners_are_pinned() -> None:
         TOP.replace("[5]", "[4]") + "float[] creaseSharpnesses = [10]",
         TOP.replace("5, 7", "5, 70") + "float[] creaseSharpnesses = [10]",
         "int[] cornerIndices = [1, 2]\nfloat[] cornerSharpnesses = [10]",
+        "float[] creaseSharpnesses = [10]",
+        "float[] cornerSharpnesses = [10]",
+        TOP.replace("1, 5, 7, 3, 1", "1, 7, 1, 7, 1") + "float[] creaseSharpnesses = [10]",  # a diagonal
     ],
 )
 def test_creases_and_corners_that_do_not_fit_are_told(body: str) -> None:

@@ -292,8 +292,8 @@ def _vertex_kinds(topology: Topology, around: Sectors) -> np.ndarray:
     kind = np.full(topology.vertex_count, _CORNER)
     kind[(closed == 1) & (sectors == 1)] = _SMOOTH
     kind[(kind == _SMOOTH) & (ends == 1)] = _DART
-    # Two creases bound one sector on a boundary, two within the surface.
-    kind[(ends == 2) & (closed == 0) & (sectors == np.where(topology.is_boundary_vertex, 1, 2))] = _CREASE
+    # Two creases bound one sector on a boundary, two within the surface, more between fins.
+    kind[(ends == 2) & (closed == 0)] = _CREASE
     kind[partly & (kind != _CORNER)] = _WAITING
     kind[topology.vertex_sharpness >= INFINITE] = _CORNER
     return kind

@@ -43,8 +43,10 @@ class Surface:
         self.rules = rules
         self.level = level
         sharpness = cage.vertex_sharpness
-        if rules.boundary == BOUNDARIES[0] and not rules.is_bilinear:
-            is_corner = cage.is_boundary_vertex & (cage.vertex_face_count == 1)
+        if not rules.is_bilinear:
+            is_corner = _is_torn(cage)
+            if rules.boundary == BOUNDARIES[0]:
+                is_corner |= cage.is_boundary_vertex & (cage.vertex_face_count == 1)
             sharpness = np.where(is_corner, INFINITE, sharpness)
         self.cage = Topology(
             cage.vertex_count, cage.counts, cage.corners, cage.creases, cage.crease_sharpness, sharpness
@@ -66,10 +68,15 @@ class Surface:
 
     @property
     def has_surface(self) -> np.ndarray:
-        """Whether each face of the cage has a surface: without boundary rules, those at the boundary have none."""
-        if self.rules.boundary != "none" or self.rules.is_bilinear:
-            return np.ones(len(self.cage.counts), bool)
-        touches = np.bincount(self.cage.face, self.cage.is_boundary_vertex[self.cage.corners], len(self.cage.counts))
+        """Whether each face of the cage has a surface.
+
+        Without boundary rules, those have none that have a corner where the boundary is not creased for ever.
+        """
+        cage = self.cage
+        if self.rules.boundary != BOUNDARIES[2] or self.rules.is_bilinear:
+            return np.ones(len(cage.counts), bool)
+        is_open = (cage.edge_face_count == 1) & (cage.crease_of_edge < INFINITE)
+        touches = np.bincount(cage.face, cage.sum_at_ends(is_open.astype(float))[cage.corners], len(cage.counts))
         return touches == 0
 
     def limit(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -105,3 +112,20 @@ class Surface:
         for _ in range(self.level - 1):
             steps.append(Step(steps[-1].child, self.rules.is_loop))
         return steps
+
+
+def _is_torn(cage: Topology) -> np.ndarray:
+    """Return which vertices are corners because the faces around them make no surface, shape [vertex_count].
+
+    All at which these are no ring and no fan, but for those on a crease between fins: two edges of more than two faces
+    each, no boundary. (OpenSubdiv, Far::TopologyRefinerFactory, sharpens the same.)
+    """
+    is_torn = ~cage.is_manifold_vertex
+    if not is_torn.any():
+        return is_torn
+    is_rim = cage.edge_face_count == 1
+    edges, rims, odd = (
+        cage.sum_at_ends(which.astype(float)) for which in (np.ones_like(is_rim), is_rim, cage.is_seam & ~is_rim)
+    )
+    is_between_fins = (odd == 2) & (rims == 0) & (cage.vertex_face_count > edges)
+    return is_torn & ~is_between_fins & (cage.vertex_face_count > 0)

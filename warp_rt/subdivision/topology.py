@@ -111,18 +111,34 @@ class Topology:
         return (self.edge_face_count != 2) | (forward != 1)
 
     @cached_property
+    def _crease_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Edge of each crease, int64, shape [k]; whether there is such an edge."""
+        keys = self._key(self.edges)  # in rising order, the lower end first
+        wanted = self._key(np.sort(self.creases, axis=1))
+        if not len(keys):
+            return np.zeros(len(wanted), np.int64), np.zeros(len(wanted), bool)
+        row = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        return row, keys[row] == wanted
+
+    @property
+    def lost_crease_count(self) -> int:
+        """Creases that lie along no edge."""
+        return int((~self._crease_rows[1]).sum())
+
+    @cached_property
+    def crease_of_edge(self) -> np.ndarray:
+        """Sharpness that creases give each edge, float64, shape [e]; of several the last one's, as in OpenSubdiv."""
+        if self.known_edges is not None:
+            return self.known_edges.sharpness
+        sharpness = np.zeros(len(self.edges))
+        row, is_edge = self._crease_rows
+        sharpness[row[is_edge]] = self.crease_sharpness[is_edge]
+        return sharpness
+
+    @cached_property
     def edge_sharpness(self) -> np.ndarray:
         """Sharpness of each edge, float64, shape [e]; boundaries and edges that join no two faces are infinite."""
-        if self.known_edges is not None:
-            return np.where(self.is_seam, INFINITE, self.known_edges.sharpness)
-        sharpness = np.zeros(len(self.edges))
-        if len(self.creases) and len(self.edges):
-            wanted = self._key(np.sort(self.creases, axis=1))
-            keys = self._key(self.edges)  # in rising order, the lower end first
-            row = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-            found = keys[row] == wanted
-            np.maximum.at(sharpness, row[found], self.crease_sharpness[found])
-        return np.where(self.is_seam, INFINITE, sharpness)
+        return np.where(self.is_seam, INFINITE, self.crease_of_edge)
 
     @cached_property
     def vertex_face_count(self) -> np.ndarray:
@@ -146,6 +162,27 @@ class Topology:
         if not values.any():
             return np.zeros(self.vertex_count)
         return np.bincount(self.edges.reshape(-1), np.repeat(values, 2), self.vertex_count)
+
+    @cached_property
+    def is_manifold_vertex(self) -> np.ndarray:
+        """Whether the faces at a vertex follow one another around it, as a ring or a fan, shape [vertex_count].
+
+        Vertices at an edge that joins no two faces, and is no boundary, are none.
+        """
+        onward = self.twin[self.preceding]
+        start = np.full(self.vertex_count, -1)
+        start[self.corners] = np.arange(len(self.corners))
+        opens = np.flatnonzero(self.is_seam[self.edge])
+        start[self.corners[opens]] = opens
+        met = np.zeros(self.vertex_count, np.int64)
+        at = start[start >= 0]
+        while len(at):
+            met[self.corners[at]] += 1
+            at = onward[at]
+            at = at[at >= 0]
+            at = at[at != start[self.corners[at]]]
+        is_odd = self.is_seam & (self.edge_face_count != 1)
+        return (met == self.vertex_face_count) & (self.sum_at_ends(is_odd.astype(float)) == 0)
 
     @cached_property
     def is_boundary_vertex(self) -> np.ndarray:

@@ -87,6 +87,9 @@ def read_surface(
     creases, crease_sharpness = _read_creases(UsdGeom.Mesh(prim), cage.vertex_count, time, report)
     sharpness = _read_corners(UsdGeom.Mesh(prim), cage.vertex_count, time, report)
     sharp = Topology(cage.vertex_count, cage.counts, cage.corners, creases, crease_sharpness, sharpness)
+    if sharp.lost_crease_count:
+        message = f"{sharp.lost_crease_count} of {len(creases)} creased edges left out: no face has them"
+        report.warn(BAD_CREASE, prim.GetPath(), message)
     return Surface(sharp, rules, level)
 
 
@@ -113,19 +116,20 @@ def _read_creases(
     indices = integers(mesh.GetCreaseIndicesAttr().Get(time))
     lengths = integers(mesh.GetCreaseLengthsAttr().Get(time))
     values = float_rows(mesh.GetCreaseSharpnessesAttr().Get(time))
-    if indices is None or not len(indices):
+    if not any(map(_holds_any, (indices, lengths, values))):
         return none
     fits = (
-        lengths is not None
+        indices is not None
+        and lengths is not None
         and values is not None
         and (lengths >= 2).all()
         and lengths.sum() == len(indices)
         and len(values) in (len(lengths), (lengths - 1).sum())
         and np.isfinite(values).all()
-        and indices.min() >= 0
-        and indices.max() < vertex_count
+        and indices.min(initial=0) >= 0
+        and indices.max(initial=-1) < vertex_count
     )
-    if not fits or lengths is None or values is None:
+    if not fits or indices is None or lengths is None or values is None:
         report.warn(BAD_CREASE, mesh.GetPath(), "creases left out: their indices, lengths and sharpnesses do not fit")
         return none
     is_last = np.zeros(len(indices), bool)
@@ -141,17 +145,22 @@ def _read_corners(mesh: UsdGeom.Mesh, vertex_count: int, time: Usd.TimeCode, rep
     sharpness = np.zeros(vertex_count)
     indices = integers(mesh.GetCornerIndicesAttr().Get(time))
     values = float_rows(mesh.GetCornerSharpnessesAttr().Get(time))
-    if indices is None or not len(indices):
+    if not (_holds_any(indices) or _holds_any(values)):
         return sharpness
     fits = (
-        values is not None
+        indices is not None
+        and values is not None
         and len(values) == len(indices)
         and np.isfinite(values).all()
-        and indices.min() >= 0
-        and indices.max() < vertex_count
+        and indices.min(initial=0) >= 0
+        and indices.max(initial=-1) < vertex_count
     )
-    if not fits or values is None:
+    if not fits or indices is None or values is None:
         report.warn(BAD_CREASE, mesh.GetPath(), "corners left out: their indices and sharpnesses do not fit")
         return sharpness
     sharpness[indices] = np.maximum(values[:, 0], 0)
     return sharpness
+
+
+def _holds_any(array: np.ndarray | None) -> bool:
+    return array is not None and len(array) > 0
