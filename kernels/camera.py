@@ -27,7 +27,7 @@ class EyeRay:
 def eye_direction(camera: wp.ref[CameraData], x: float, y: float) -> wp.vec3:
     """Return the unit direction of the eye ray through image point (x, y), in pixels from the top left corner."""
     if camera.is_perspective == 0:
-        return camera.forward
+        return camera.view
     s = x / float(camera.width)
     t = y / float(camera.height)
     return wp.normalize(camera.corner + s * camera.right + t * camera.down)

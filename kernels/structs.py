@@ -390,6 +390,8 @@ class CameraData:
     down: wp.vec3
     forward: wp.vec3
     """Unit normal of the window, along the view."""
+    view: wp.vec3
+    """Unit direction of an orthographic camera's rays; another one than ``forward`` where its transform shears."""
     is_perspective: wp.int32
     near: wp.float32
     far: wp.float32

@@ -33,6 +33,18 @@ def test_orthographic_pixels_lie_on_a_grid() -> None:
     np.testing.assert_allclose(color[..., 1], 2.0 + 2.0 - 3.0 * y, atol=5e-6)
 
 
+def test_a_sheared_orthographic_camera_looks_along_its_own_z() -> None:
+    """An oblique projection: rays reach the chart, 9 lower, half as far to the left."""
+    matrix = looking((0, 0, -1), (1.0, 2.0, 9.0))
+    matrix[:3, 2] = (0.5, 0.0, 1.0)
+    camera = Camera("/camera", matrix, (-3.0, 1.0, -1.0, 2.0), is_perspective=False)
+    film = render(scene_of(chart(), ambient=(1, 1, 1)), camera, width=8, height=6, aovs=("position", "depth"))
+    x, y = pixel_centers(8, 6)
+    expected = np.stack([1.0 - 3.0 + 4.0 * x - 9 * 0.5, 2.0 + 2.0 - 3.0 * y, np.zeros_like(x)], axis=-1)
+    np.testing.assert_allclose(film.aovs["position"], expected, atol=5e-6)
+    np.testing.assert_allclose(film.aovs["depth"], 9.0, rtol=1e-6)
+
+
 def test_perspective_pixels_diverge_from_the_eye() -> None:
     """The window lies at distance 1, the chart at distance 4; what is up in the world is up in the picture."""
     color = render(scene_of(chart(), ambient=(1, 1, 1)), perspective((0, 0, 4), (0, 0, -1)), width=9, height=6).color

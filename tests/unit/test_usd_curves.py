@@ -127,6 +127,9 @@ def test_what_does_not_fit_is_told() -> None:
     lost = load_prim("Points", "point3f[] points = [(0,0,0), (nan,0,0)]\nfloat[] widths = [1]")
     assert codes(lost) == {"W117"}
     assert len(shapes_of(lost).points) == 1
+    negative = load_prim("Points", "point3f[] points = [(0,0,0), (5,0,0)]\nfloat[] widths = [1, -1]")
+    assert codes(negative) == {"W117"}
+    assert len(shapes_of(negative).points) == 1
 
 
 def test_a_tube_covers_its_projection() -> None:

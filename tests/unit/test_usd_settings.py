@@ -106,6 +106,7 @@ def test_metadata_that_lead_nowhere_are_named():
         "float warp_rt:ambient = 1",
         'string warp_rt:background = "red"',
         'token includedPurposes = "render"',
+        "token[] includedPurposes = []",
         'token[] includedPurposes = ["final"]',
         'token materialBindingPurposes = "full"',
         "uniform float4 dataWindowNDC = (0.5, 0, 0.5, 1)",

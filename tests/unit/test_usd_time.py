@@ -13,6 +13,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 import warp_rt
 from warp_rt import Renderer, RenderOptions
 from warp_rt.scene import Mesh, Scene
+from warp_rt.usd.motion import moves
 
 QUAD = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 
@@ -145,6 +146,41 @@ def test_template_clips(tmp_path: Path) -> None:
     }
     file = clipped(tmp_path, frames, **template)
     assert [height(load(file, time)) for time in (1, 2, 3)] == [1, 4, 9]
+
+
+@pytest.mark.parametrize("is_instanced", [False, True])
+def test_points_that_clips_alone_hold_blur(is_instanced: bool, tmp_path: Path) -> None:
+    """No layer of the stage authors them, and below an instance USD does not tell that they vary."""
+    times = Vt.Vec2dArray([Gf.Vec2d(0, 0), Gf.Vec2d(9, 9)])
+    asset = clipped(tmp_path, TWO, **explicit(TWO, [(0, 0)], times=times))
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/i")
+    prim.GetReferences().AddReference(str(asset), "/w")
+    prim.SetInstanceable(is_instanced)
+    assert [moves(stage, *interval) for interval in ((3.0, 4.0), (20.0, 21.0))] == [True, False]
+
+
+def test_clips_on_an_instance_reach_nothing_below_it_and_that_is_told(tmp_path: Path) -> None:
+    asset = Usd.Stage.CreateNew(str(tmp_path / "asset.usda"))
+    mesh = UsdGeom.Mesh.Define(asset, "/a/m")
+    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    mesh.CreatePointsAttr([(x, y, 7) for x, y, _ in QUAD])
+    asset.Save()
+    clip = Sdf.Layer.CreateNew(str(tmp_path / "clip.usda"))
+    Sdf.AttributeSpec(Sdf.CreatePrimInLayer(clip, "/m/m"), "points", Sdf.ValueTypeNames.Point3fArray)
+    clip.SetTimeSample("/m/m.points", 0.0, Vt.Vec3fArray(QUAD))
+    clip.Save()
+    stage = Usd.Stage.CreateNew(str(tmp_path / "stage.usda"))
+    prim = stage.DefinePrim("/i")
+    prim.GetReferences().AddReference("./asset.usda", "/a")
+    clips = explicit({"clip.usda": None}, [(0, 0)], primPath="/m", manifestAssetPath=Sdf.AssetPath("./clip.usda"))
+    Usd.ClipsAPI(prim).SetClips({"default": clips})
+    for is_instanced, z, codes in ((False, 0, []), (True, 7, ["N922"])):
+        prim.SetInstanceable(is_instanced)
+        scene = load(stage, 0)
+        assert height(scene) == z == UsdGeom.Mesh(stage.GetPrimAtPath("/i/m")).GetPointsAttr().Get(0)[0][2]
+        assert [record.code for record in scene.diagnostics if record.code not in ("N901", "N902")] == codes
 
 
 @pytest.mark.parametrize("is_far_first", [False, True])

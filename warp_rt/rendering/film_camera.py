@@ -223,6 +223,7 @@ def camera_data(
     data.right = across
     data.down = down
     data.forward = forward
+    data.view = view / np.linalg.norm(view)
     data.is_perspective = int(camera.is_perspective)
     data.near, data.far = camera.clipping_range
     planes = world_planes(camera, origin)

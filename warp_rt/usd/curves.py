@@ -150,6 +150,9 @@ def _radii(
     if widths is None:
         report.warn(NO_WIDTHS, prim.GetPath(), f"no widths: {_DEFAULT_WIDTH:g} is taken")
         return np.full(shape, _DEFAULT_WIDTH / 2)
+    is_negative = widths.values[:, 0] < 0
+    if is_negative.any():
+        report.warn(BAD_CURVES, prim.GetPath(), f"{is_negative.sum()} widths are below 0: they count as 0")
     values = np.maximum(widths.values[:, 0].astype(np.float64), 0) / 2
     if widths.indices is None:
         return np.full(shape, values[0])

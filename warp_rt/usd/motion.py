@@ -7,7 +7,6 @@ Reference: UsdGeomPointBased and UsdGeomPointInstancer schema documentation, "ve
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -43,12 +42,8 @@ def moves(stage: Usd.Stage, first: float, last: float) -> bool:
         first: Time code.
         last: Time code, not before ``first``.
     """
-    prims = Usd.PrimRange(stage.GetPseudoRoot(), Usd.PrimAllPrimsPredicate)
-    return any(
-        _differs(attribute, first, last)
-        for prim in itertools.chain(prims, *(Usd.PrimRange(root) for root in stage.GetPrototypes()))
-        for attribute in prim.GetAuthoredAttributes()
-    )
+    roots = (stage.GetPseudoRoot(), *stage.GetPrototypes())
+    return any(_any_differs(Usd.PrimRange(root, Usd.PrimAllPrimsPredicate), first, last) for root in roots)
 
 
 def without_idle_shutters(stage: Usd.Stage, cameras: Sequence[Camera], time: Usd.TimeCode) -> list[Camera]:
@@ -143,11 +138,24 @@ def read_points(prim: Usd.Prim, time: Usd.TimeCode, carried_to: Usd.TimeCode | N
     return vector_rows(schema.ComputePointsAtTime(carried_to, time), 3)
 
 
-def _differs(attribute: Usd.Attribute, first: float, last: float) -> bool:
+def _any_differs(prims: Usd.PrimRange, first: float, last: float) -> bool:
+    clipped = None  # path of the topmost prim with value clips that the current one is or is below of
+    for prim in prims:
+        if clipped is None or not prim.GetPath().HasPrefix(clipped):
+            clipped = prim.GetPath() if prim.HasAuthoredMetadata("clips") else None
+        # Clips give values to what no layer authors, of which USD does not always know whether it may vary.
+        has_clips = clipped is not None
+        attributes = prim.GetAttributes() if has_clips else prim.GetAuthoredAttributes()
+        if any(_differs(attribute, first, last, has_clips) for attribute in attributes):
+            return True
+    return False
+
+
+def _differs(attribute: Usd.Attribute, first: float, last: float, has_clips: bool) -> bool:
     name = attribute.GetName()
     if name in _MOTIONS and attribute.GetNumTimeSamples():
         return True
-    if name.startswith(_STEADY) or not attribute.ValueMightBeTimeVarying():
+    if name.startswith(_STEADY) or not (has_clips or attribute.ValueMightBeTimeVarying()):
         return False
     if attribute.HasSpline():
         return True

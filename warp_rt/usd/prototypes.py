@@ -71,6 +71,8 @@ class Prototypes:
         """
         if not context.is_proxy:
             self._note_opinions_below(prim)
+        if context.has_clips and prim.HasAuthoredMetadata("clips"):
+            self._note_clips(prim)
         # Below a SkelRoot each instance has a pose of its own.
         pose = prim.GetPath() if context.is_skinned else None
         style = (
@@ -137,6 +139,17 @@ class Prototypes:
         if names:
             message = f"opinions about {', '.join(names)} below it do not count, for it is instanceable"
             self._report.warn(IDLE_OPINION, path, message)
+
+    def _note_clips(self, instance: Usd.Prim) -> None:
+        """Note value clips on an instance that hold values of prims below it, which USD does not give these."""
+        clips = Usd.ClipsAPI(instance)
+        for name, clip_set in (clips.GetClips() or {}).items():
+            paths = clips.ComputeClipAssetPaths(name)
+            layer = Sdf.Layer.FindOrOpen(paths[0].resolvedPath or paths[0].path) if paths else None
+            root = layer.GetPrimAtPath(clip_set.get("primPath", "")) if layer else None
+            if root and root.nameChildren:
+                message = f"what its value clips ({name}) hold of prims below it does not count, for it is instanceable"
+                self._report.warn(IDLE_OPINION, instance.GetPath(), message)
 
     def _note_children(self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path]) -> None:
         """Note what stands below a PointInstancer and belongs to none of its prototypes: nothing draws it."""

@@ -283,7 +283,11 @@ class _Reader:
 
     def purposes(self) -> tuple[str, ...] | None:
         """Return includedPurposes where authored."""
-        purposes = self._tokens("includedPurposes") or ()
+        purposes = self._tokens("includedPurposes")
+        if purposes is None:
+            return None
+        if not purposes:
+            self._invalid("includedPurposes", "names no purpose")
         unknown = [purpose for purpose in purposes if purpose not in PURPOSES]
         if unknown:
             self._invalid("includedPurposes", f"{', '.join(map(shown, unknown))}: no purpose of {', '.join(PURPOSES)}")
