@@ -44,10 +44,8 @@ def test_a_process_that_is_stopped_takes_its_files_along(folder: Path) -> None:
     end = time.monotonic() + LONG
     while not list(folder.glob("*_p*_t*")) and time.monotonic() < end:  # it has begun to build
         time.sleep(0.02)
-    begin = time.monotonic()
     process.stop()
-    assert time.monotonic() - begin < 1.0
-    assert not list(folder.iterdir())
+    assert not list(folder.iterdir())  # nor what it would have made in the end
     assert not list((folder.parents[1] / "temporary").iterdir())
     process.wait(LONG)  # there is nothing to wait for any more
     process.stop()

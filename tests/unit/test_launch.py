@@ -90,11 +90,9 @@ def test_an_error_in_a_worker_stops_the_others_and_is_raised() -> None:
             raise KeyboardInterrupt
         time.sleep(0.01)
 
-    start = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         run(launch, tiles_of(100, 100, 1))
-    assert time.monotonic() - start < 2  # the 10,000 tiles would take 50 s
-    assert len(calls) < 100
+    assert len(calls) < 100  # of 10,000
 
 
 def test_the_time_limit_ends_it_and_raises_the_flag() -> None:
@@ -121,7 +119,5 @@ def test_a_tree_that_never_ends_is_left_within_the_pixel() -> None:
     panes = [square(whitted(reflection=0.5, transmission=0.5), z=float(z)) for z in range(8)]
     camera = parallel((0.1, 0.2, 20.0))
     renderer = Renderer(scene_of(*panes), RenderOptions(width=1, height=1, depth=30, threshold=0, time_limit=0.3))
-    start = time.monotonic()
     with pytest.raises(LimitError):
-        renderer.render(camera=camera)
-    assert time.monotonic() - start < 1.5  # untold hours otherwise
+        renderer.render(camera=camera)  # untold hours otherwise
