@@ -42,7 +42,9 @@ def count_costs(
 
 def mean_costs(accel: warp_rt.Accel, rays: Rays, query: str) -> dict[str, float]:
     """Return the mean numbers of nodes and triangles a ray, for ``closest`` or ``any`` hits."""
-    vectors = [wp.array(v, dtype=wp.vec3, device="cpu", copy=False) for v in (rays.origins, rays.directions)]
+    vectors: list[wp.array] = [
+        wp.array(v, dtype=wp.vec3, device="cpu", copy=False) for v in (rays.origins, rays.directions)
+    ]
     outputs = [wp.empty(len(rays), dtype=int, device="cpu") for _ in range(2)]
     inputs = [accel.table, *vectors, query == "any", make_stacks(accel)]
     wp.launch(count_costs, len(rays), inputs=inputs, outputs=outputs, device="cpu")

@@ -18,9 +18,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -57,7 +58,7 @@ def main(arguments: Sequence[str]) -> None:
     save_if_asked(options, "frame", rows, KEYS)
 
 
-def measure(count: int, ball: str, options: SimpleNamespace, folder: Path) -> results.Row:
+def measure(count: int, ball: str, options: Namespace, folder: Path) -> results.Row:
     """Return the figures for a teapot of about ``count`` triangles and a ball of one of BALLS' kinds."""
     scene = load_scene(write_stage(count, folder, BALLS[ball]))
     description, arrays = describe(scene, WIDTH, HEIGHT)
@@ -65,7 +66,7 @@ def measure(count: int, ball: str, options: SimpleNamespace, folder: Path) -> re
     renderer = Renderer(scene, frame_options, device="cpu")
     exported = Export(scene, width=WIDTH, height=HEIGHT, depth=DEPTH, threshold=THRESHOLD).text
     mitsuba = mitsuba_renderer(description, arrays)
-    seconds: dict[str, list[float]] = {"warp_rt": [], "povray": []} | ({"mitsuba": []} if mitsuba else {})
+    seconds: dict[str, list[float]] = {name: [] for name in ("warp_rt", "povray", *(["mitsuba"] if mitsuba else []))}
     film = renderer.render()  # warms caches up
     for _ in range(options.rounds):
         start = time.process_time()
@@ -143,8 +144,8 @@ def mitsuba_renderer(description: dict, arrays: dict[str, np.ndarray]) -> Callab
 
 
 def mitsuba_mesh(
-    mitsuba: object, name: str, arrays: dict[str, np.ndarray], chosen: np.ndarray, material: dict
-) -> object:
+    mitsuba: Any, name: str, arrays: dict[str, np.ndarray], chosen: np.ndarray, material: dict[str, Any]
+) -> Any:
     """Return triangles as Mitsuba's mesh: glass, mirror or diffuse, whichever the material has most of."""
     if max(material["kt"]) > 0:
         surface = {"type": "dielectric", "int_ior": material["ior"]}

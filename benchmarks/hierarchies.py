@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -53,12 +54,22 @@ def measure(mesh: TriangleMesh, rays: Rays, rounds: int) -> list[results.Row]:
     """Return a row each for brute force, for each tree, volume and order, and for warp_rt."""
     accel = warp_rt.build_accel(warp_rt.Scene.from_arrays(mesh.points, mesh.triangles))
     surfaces = float(warp_rt.count_hits(accel, rays.origins, rays.directions).mean())
-    scene = {"exact_triangles": len(mesh.triangles), "vertices": len(mesh.points), "surfaces_a_ray": round(surfaces, 4)}
+    scene: results.Row = {
+        "exact_triangles": len(mesh.triangles),
+        "vertices": len(mesh.points),
+        "surfaces_a_ray": round(surfaces, 4),
+    }
     hits, each = timed(partial(warp_rt.closest_hit, accel, rays.origins, rays.directions, threads=1), rounds, len(rays))
     rows = [scene | {"structure": "warp_rt", "volume": "box", "order": "nearer first", "ns_a_ray": each}]
     few = Rays(*(v[:: max(1, len(rays) * len(mesh.triangles) // MOST_TESTS)] for v in (rays.origins, rays.directions)))
     _, each = timed(partial(trace_brute_force, corners_of(mesh), few), rounds, len(few))
-    brute = {"structure": "brute force", "volume": "none", "order": "none", "volume_tests": 0.0, "ns_a_ray": each}
+    brute: results.Row = {
+        "structure": "brute force",
+        "volume": "none",
+        "order": "none",
+        "volume_tests": 0.0,
+        "ns_a_ray": each,
+    }
     rows.append(scene | brute | {"triangle_tests": float(len(mesh.triangles))})
     for builder in BUILDERS:
         tree = build_tree(mesh, builder)
@@ -71,7 +82,7 @@ def measure(mesh: TriangleMesh, rays: Rays, rounds: int) -> list[results.Row]:
     return rows
 
 
-def timed(function: partial, rounds: int, ray_count: int) -> tuple[object, list[float]]:
+def timed(function: partial, rounds: int, ray_count: int) -> tuple[Any, list[float]]:
     """Return a function's result and the CPU nanoseconds a ray of each turn."""
     seconds, found = time_in_turns({"it": function}, rounds, time.process_time)
     return found["it"], significant([s / ray_count * 1e9 for s in seconds["it"]])

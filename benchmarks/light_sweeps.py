@@ -421,7 +421,8 @@ def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Seq
         row = (row[is_split][:, None, None] * _PIECES + inner + 0 * inner[:, None]).reshape(-1)
         count *= _PIECES
         cut = float64_lights().patches_at(light, (column + 0.5) / count, (row + 0.5) / count, count)
-    return tuple(np.concatenate(parts) for parts in zip(*kept, cut, strict=True))
+    centers, areas = (np.concatenate(parts) for parts in zip(*kept, cut, strict=True))
+    return centers, areas
 
 
 def radiance_of(frame: LightFrame) -> np.ndarray:

@@ -45,7 +45,7 @@ def teapot(segments: int) -> TriangleMesh:
 def noisy_icosphere(levels: int, noise: float = 0.02) -> TriangleMesh:
     """Return an icosphere of 20 * 4^levels triangles whose vertices are moved in and out by up to ``noise``."""
     g = (1 + 5**0.5) / 2
-    points = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+    points: list[tuple[float, float, float]] = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
     points += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
     faces = "0b5 051 017 07a 0ab 159 5b4 ba2 a76 718 394 342 326 368 389 495 24b 62a 867 981"
     triangles = np.array([[int(c, 16) for c in face] for face in faces.split()])

@@ -48,8 +48,8 @@ def describe(scene: Scene, width: int, height: int) -> tuple[dict[str, Any], dic
     settings = scene.settings
     description = {
         "camera": describe_camera(scene) | {"width": width, "height": height},
-        "ambient": list(settings.ambient),
-        "background": list(settings.background),
+        "ambient": list(settings.ambient or (0.0, 0.0, 0.0)),
+        "background": list(settings.background or (0.0, 0.0, 0.0)),
         "lights": [describe_light(light) for light in scene.lights],
         "materials": [describe_material(material) for material in scene.materials],
     }

@@ -19,26 +19,24 @@ DARK = {INK: "#e6edf3", PAPER: "#0d1117", GRID: "#30363d"}
 # Okabe and Ito's palette, which colour-blind readers can tell apart, on light and on dark paper.
 ORANGE, BLUE, GREEN, PURPLE, VERMILION, SKY = "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d55e00", "#56b4e9"
 
-matplotlib.rcParams.update(
-    {
-        "svg.fonttype": "none",  # text stays text
-        "svg.hashsalt": "warp_rt",  # the same picture is the same file
-        "font.family": "sans-serif",
-        "font.size": 10,
-        "axes.titlesize": 11,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.grid": True,
-        "axes.axisbelow": True,
-        "grid.color": GRID,
-        "grid.linewidth": 0.6,
-        "figure.facecolor": PAPER,
-        "axes.facecolor": PAPER,
-        "savefig.facecolor": PAPER,
-        "legend.frameon": False,
-    }
-    | dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), INK)
-)
+_PARAMETERS: dict[Any, Any] = {
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "warp_rt",  # the same picture is the same file
+    "font.family": "sans-serif",
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "figure.facecolor": PAPER,
+    "axes.facecolor": PAPER,
+    "savefig.facecolor": PAPER,
+    "legend.frameon": False,
+} | dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color"), INK)
+matplotlib.rcParams.update(_PARAMETERS)
 
 
 def panels(rows: int, columns: int, width: float = 9.0, height: float = 3.0) -> tuple[Any, Any]:

@@ -121,6 +121,7 @@ def soft_spots(renderer: Renderer, color: np.ndarray) -> np.ndarray:
     A jump is told from a slope by the second difference, which is 0 for slopes.
     """
     camera = choose_camera(renderer.scene, None)
+    assert camera is not None  # every stage of these has one
     left, right, bottom, top = camera.window
     dx, dy = STEP * (right - left) / color.shape[1], STEP * (top - bottom) / color.shape[0]
 

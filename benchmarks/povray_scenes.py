@@ -61,8 +61,9 @@ def _input(value: np.ndarray) -> Input:
     return Input((*numbers, *[0.0] * (4 - len(numbers))))
 
 
-def _color(rng: np.random.Generator, low: float, high: float) -> tuple[float, ...]:
-    return tuple(rng.uniform(low, high, 3).tolist())
+def _color(rng: np.random.Generator, low: float, high: float) -> tuple[float, float, float]:
+    red, green, blue = rng.uniform(low, high, 3).tolist()
+    return red, green, blue
 
 
 def _light(rng: np.random.Generator, row: int, bounds: np.ndarray) -> Light:

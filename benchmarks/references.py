@@ -43,6 +43,7 @@ from warp_rt.image.image import Image
 from warp_rt.options import COMPLEXITIES
 from warp_rt.rendering.film_camera import choose_camera, frame_camera
 from warp_rt.rendering.shutter import render_frame
+from warp_rt.scene import Camera
 
 from .command import make_parser, save_if_asked
 from .meshes import find_test_data
@@ -82,10 +83,10 @@ class Pair:
     purposes: tuple[str, ...] = ("proxy",)
     policy: str = ""
     """What gives way where camera and picture differ in aspect; empty: what the render settings say."""
-    background: tuple[float, float, float, float] | None = None
-    """Colour that the picture was cleared with, where the test says so."""
-    translate: tuple[float, float, float] | None = None
-    """Of what OpenUSD's test frames; None: all is framed."""
+    background: tuple[float, ...] | None = None
+    """Colour and alpha that the picture was cleared with, where the test says so."""
+    translate: tuple[float, ...] | None = None
+    """Along x, y and z of what OpenUSD's test frames; None: all is framed."""
 
 
 @dataclass(frozen=True)
@@ -252,10 +253,9 @@ def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
     moment = None if pair.frame is None or math.isnan(pair.frame) else pair.frame
     frame = _prepared(source.scene(moment), pair)
     options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
+    eye: Camera | str | None = camera or None
     if pair.renderer == "usdrecord framed":
         eye = choose_camera(frame, None, as_usdrecord=True) or frame_camera(frame, options, as_usdrecord=True)
-    else:
-        eye = camera or None
     film, _ = render_frame(
         Renderer(frame, options, device="cpu"),
         lambda time: (_prepared(source.scene(time, base_time=frame.time), pair), eye),
@@ -383,9 +383,9 @@ def _parts(corpora: Path, out: Path, result: Result) -> list[PillowImage.Image]:
     if math.isnan(result.overlap):
         return parts
     theirs, is_opaque = read_coverage(corpora, result.pair)
-    ours = np.asarray(parts[1])[..., 3] > (0 if is_opaque else 127)
-    both = 0.6 * (theirs & ours)
-    difference = np.stack([np.maximum(theirs & ~ours, both), both, np.maximum(ours & ~theirs, both)], axis=2)
+    covered = np.asarray(parts[1])[..., 3] > (0 if is_opaque else 127)
+    both = 0.6 * (theirs & covered)
+    difference = np.stack([np.maximum(theirs & ~covered, both), both, np.maximum(covered & ~theirs, both)], axis=2)
     parts.append(PillowImage.fromarray((255 * difference).astype(np.uint8)).convert("RGBA"))
     return parts
 

@@ -97,7 +97,8 @@ def _linux_processor() -> dict[str, str]:
     if not path.is_file():
         return {}
     first = path.read_text(encoding="utf-8").split("\n\n")[0]
-    return dict((part.strip() for part in line.split(":", 1)) for line in first.splitlines() if ":" in line)
+    parts = (line.partition(":") for line in first.splitlines() if ":" in line)
+    return {name.strip(): value.strip() for name, _, value in parts}
 
 
 def _widest_vectors(flags: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from . import results
 from .command import make_parser, save_if_asked
 from .frame import HEIGHT, WIDTH, write_stage
 from .meshes import TriangleMesh, flatten, noisy_icosphere
-from .ray_sets import primary_rays
+from .ray_sets import Rays, primary_rays
 from .timing import significant, spread, time_in_turns
 
 KEYS = ("of", "value")
@@ -86,7 +87,7 @@ def by_depth(rounds: int, folder: Path, values: Sequence[int] | None) -> Iterato
 def prepare(folder: Path, count: int, changes: dict[str, int]) -> warp_rt.Renderer:
     """Return a renderer of the mirror and a teapot of about ``count`` triangles."""
     scene = warp_rt.load_scene(write_stage(count, folder))
-    options = {"width": WIDTH, "height": HEIGHT, "depth": 7, "threads": core_count()} | changes
+    options: dict[str, Any] = {"width": WIDTH, "height": HEIGHT, "depth": 7, "threads": core_count()} | changes
     return warp_rt.Renderer(scene, warp_rt.RenderOptions(threshold=0.0, **options), device="cpu")
 
 
@@ -151,7 +152,7 @@ def strewn(mesh: TriangleMesh, count: int) -> warp_rt.Scene:
     )
 
 
-def query(accel: warp_rt.Accel, rays: object) -> warp_rt.Hits:
+def query(accel: warp_rt.Accel, rays: Rays) -> warp_rt.Hits:
     """Return closest hits, traced by one thread."""
     return warp_rt.closest_hit(accel, rays.origins, rays.directions, threads=1)
 

@@ -104,13 +104,13 @@ def trace(scene: Scene, depth: int) -> tuple[RayCounts, int]:
     """Return the rays of a database, and how many eye rays hit."""
     camera = scene.cameras[0]
     # Pixels about the corners of pixels: one more in a row, on a window that is larger by one.
-    window = tuple(edge * (PIXELS + 1) / PIXELS for edge in camera.window)
+    left, right, bottom, top = (edge * (PIXELS + 1) / PIXELS for edge in camera.window)
     size = PIXELS + 1
     options = RenderOptions(
         width=size, height=size, depth=depth, threshold=0.0, shadows="opaque", aovs=("color", "primId")
     )
     traced = replace(scene, materials=tuple(map(reflecting, scene.materials)))
-    film = Renderer(traced, options, device="cpu").render(camera=replace(camera, window=window))
+    film = Renderer(traced, options, device="cpu").render(camera=replace(camera, window=(left, right, bottom, top)))
     return film.rays, int((film.aovs["primId"] >= 0).sum())
 
 

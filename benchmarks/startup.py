@@ -49,9 +49,9 @@ def main(arguments: Sequence[str]) -> None:
             run(commands["render a small picture"], bytecode | {"WARP_CACHE_PATH": str(cache)})
             cold.append(time.perf_counter() - start)
         seconds["render a small picture, kernels to compile"] = cold
-    rows = [{"command": name, "seconds": significant(turns)} for name, turns in seconds.items()]
-    for row in rows:
-        print(f"{row['command']:<45}{spread(row['seconds'])}")
+    for name, turns in seconds.items():
+        print(f"{name:<45}{spread(turns)}")
+    rows: list[results.Row] = [{"command": name, "seconds": significant(turns)} for name, turns in seconds.items()]
     save_if_asked(options, "startup", rows, KEYS)
 
 
