@@ -261,6 +261,29 @@ def test_times_that_mean_nothing_are_refused() -> None:
             stage_time(stage, time, default_time, Report())
 
 
+@pytest.mark.parametrize(
+    ("metadata", "options", "is_noted"),
+    [
+        ("startTimeCode = 1\nendTimeCode = 3", {}, False),
+        ("startTimeCode = 1\nendTimeCode = 3", {"time": 3}, False),
+        ("startTimeCode = 1\nendTimeCode = 3", {"time": 3.5}, True),
+        ("startTimeCode = 1\nendTimeCode = 3", {"time": 0}, True),
+        ("startTimeCode = 1\nendTimeCode = 3", {"time": 3.5, "base_time": 3}, False),  # while its shutter is open
+        ("startTimeCode = 1\nendTimeCode = 3", {"default_time": True}, False),
+        ("startTimeCode = 1", {"time": 0}, False),
+        ("startTimeCode = 3\nendTimeCode = 1", {"time": 2}, False),  # nothing lies inside
+        ("", {"time": 200}, False),
+    ],
+)
+def test_frames_outside_of_the_stages_are_noted(metadata: str, options: dict, is_noted: bool) -> None:
+    told = [
+        record.message for record in load_stage(in_memory(metadata), **options).diagnostics if record.code == "N939"
+    ]
+    assert len(told) == is_noted
+    if told:
+        assert told[0].startswith("a frame outside of startTimeCode 1 to endTimeCode 3")
+
+
 # --- metadata
 
 

@@ -38,6 +38,7 @@ from warp_rt.usd.stage import (
     error_text,
     open_stage,
     report_composition,
+    report_frame_outside,
     stage_meters_per_unit,
     stage_time,
     stage_up_axis,
@@ -117,6 +118,8 @@ def load_stage(
             stage, source = open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
         report_composition(stage, report)
         code = stage_time(stage, time, default_time, report)
+        if base_time is None:
+            report_frame_outside(stage, code, report)
         if pass_path is not None:
             settings_path = settings_of_pass(stage, pass_path, report)
         terms = read_settings(stage, report, settings_path)

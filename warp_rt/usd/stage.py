@@ -27,6 +27,7 @@ BAD_TIME = "W512"
 OUTSIDE_MASK = "N908"
 FLOAT_UNIT = "N916"
 USD_WARNING = "N920"
+OUTSIDE_RANGE = "N939"
 
 _COMPOSITION_CODES = {
     "ErrorInvalidAssetPath": MISSING_ASSET,
@@ -176,6 +177,18 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
         report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), f"startTimeCode {start} is not finite: 0 is taken")
         start = 0.0
     return Usd.TimeCode(start)
+
+
+def report_frame_outside(stage: Usd.Stage, frame: Usd.TimeCode, report: Report) -> None:
+    """Note a frame outside of the stage's time codes, a slip perhaps, which USD reads all the same."""
+    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    if frame.IsDefault() or not stage.HasAuthoredTimeCodeRange() or start <= frame.GetValue() <= end:
+        return
+    if start <= end:  # else there is no inside
+        message = (
+            f"a frame outside of startTimeCode {start:g} to endTimeCode {end:g}: drawn as time samples say or hold"
+        )
+        report.warn(OUTSIDE_RANGE, stage.GetRootLayer().GetDisplayName(), message)
 
 
 def has_rate(stage: Usd.Stage) -> bool:
