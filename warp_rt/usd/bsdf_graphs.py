@@ -17,8 +17,9 @@ import numpy as np
 from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import Input, Material, MaterialModel, OpacityMode
+from warp_rt.scene import OpacityMode
 from warp_rt.usd.foreign_surfaces import APPROXIMATED_SURFACE
+from warp_rt.usd.preview_signals import ONE, PreviewSignals
 from warp_rt.usd.shading_network import Node, find_source, read_token
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, multiply
@@ -27,7 +28,7 @@ from warp_rt.usd.surface_inputs import InputReader
 SURFACE = "ND_surface"
 
 _MAX_NODES = 128  # visited, those that several lead to as often; a circle ends there, too
-_ONE, _ZERO = Signal.constant((1.0,)), Signal.constant((0.0,))
+_ZERO = Signal.constant((0.0,))
 _BLACK = Signal.constant((0.0, 0.0, 0.0))
 _GOLD = ((0.183, 0.421, 1.373), (3.424, 2.346, 1.770))  # ior and extinction where nothing is said
 _SMOOTH = (0.05, 0.05)
@@ -42,7 +43,7 @@ class _Lobe:
     weight: Signal
     color: Signal
     """Of a reflection the reflectance head on."""
-    roughness: Signal = _ONE
+    roughness: Signal = ONE
     ior: Signal | None = None
     """Of a dielectric."""
     normal: UsdShade.Input | None = None
@@ -87,13 +88,14 @@ class BsdfReader:
         self._time = time
         self._report = report
 
-    def read(self, path: str, surface: UsdShade.Shader, material: Usd.Prim) -> Material | None:
-        """Return the material that comes nearest, and report that it is not the same; None where no node is known.
+    def read(self, surface: UsdShade.Shader, material: Usd.Prim) -> PreviewSignals | None:
+        """Return the UsdPreviewSurface that comes nearest, and report that it is not the same.
+
+        None where no node is known.
 
         Args:
-            path: Of the material.
-            surface: Its ND_surface.
-            material: Its prim.
+            surface: The ND_surface.
+            material: The material's prim.
         """
         graph = _Graph(material)
         lobes = self._lobes(surface.GetInput("bsdf"), graph)
@@ -104,42 +106,36 @@ class BsdfReader:
         coats = [lobe for lobe in parts["reflection"] if lobe.is_coat]
         mirrors = [lobe for lobe in parts["reflection"] if not lobe.is_coat]
         clear = [lobe for lobe in lobes if lobe.kind == "transmission"]
-        found: dict[str, tuple[Signal, int]] = {
-            "diffuseColor": (self._sum(parts["diffuse"], surface), 3),
-            "specularColor": (self._sum(mirrors, surface), 3),
-            "emissiveColor": (emission, 3),
-            "roughness": (mirrors[0].roughness if mirrors else _ONE, 1),
-            "ior": (next((lobe.ior for lobe in (*clear, *mirrors) if lobe.ior), _ONE), 1),
+        found = {
+            "diffuseColor": self._sum(parts["diffuse"], surface),
+            "specularColor": self._sum(mirrors, surface),
+            "emissiveColor": emission,
+            "roughness": mirrors[0].roughness if mirrors else ONE,
+            "ior": next((lobe.ior for lobe in (*clear, *mirrors) if lobe.ior), ONE),
         }
         if coats:
-            found["clearcoat"] = (coats[0].weight, 1)
-            found["clearcoatRoughness"] = (coats[0].roughness, 1)
+            found["clearcoat"] = coats[0].weight
+            found["clearcoatRoughness"] = coats[0].roughness
         if len(mirrors) > 1 or len(coats) > 1:
             graph.lost["the roughness of each of its reflections"] = None
         mode = OpacityMode.TRANSPARENT
-        presence = self._signal(surface, "opacity", _ONE, graph)
+        presence = self._signal(surface, "opacity", ONE, graph)
         if clear:
-            found["opacity"] = (add(_ONE, self._sum(clear, surface).resized(1), -1.0), 1)
+            found["opacity"] = add(ONE, self._sum(clear, surface).resized(1), -1.0)
             if presence.value != (1.0,):
                 graph.lost["opacity"] = None
         elif presence.value != (1.0,):
-            found["opacity"], mode = (presence, 1), OpacityMode.PRESENCE
-        port = surface.GetInput("bsdf") or surface.GetInput("edf")
-        inputs: dict[str, Input] = {}
-        for name, (signal, size) in found.items():
-            value = (
-                self._inputs.lower(signal, size, port) if port else Input(value=(*signal.resized(3).matrix[:, -1], 0))
-            )
-            if value is not None:
-                inputs[name] = value
+            found["opacity"], mode = presence, OpacityMode.PRESENCE
         normal = next((lobe.normal for lobe in lobes if lobe.normal), None)
-        bent = self._inputs.read(normal, 3, material) if normal else None
+        bent = self._inputs.signal(normal, material, (1, 3, 4)) if normal else None
         if bent is not None:
-            inputs["normal"] = bent
+            found["normal"] = bent
         without = f", without {', '.join(graph.lost)}" if graph.lost else ""
         message = f"the surface {SURFACE!r} of BSDFs is approximated by a UsdPreviewSurface{without}"
         self._report.warn(APPROXIMATED_SURFACE, surface.GetPath(), message)
-        return Material(path, MaterialModel.PREVIEW, inputs, use_specular_workflow=True, opacity_mode=mode)
+        port = surface.GetInput("bsdf") or surface.GetInput("edf")
+        path = port.GetAttr().GetPath() if port else surface.GetPath()
+        return PreviewSignals(found, dict.fromkeys(found, path), use_specular_workflow=True, opacity_mode=mode)
 
     def _sum(self, lobes: list[_Lobe], surface: UsdShade.Shader) -> Signal:
         """Return the sum of weight times colour; those that do not come down to one texture are left out, told."""
@@ -188,11 +184,11 @@ class BsdfReader:
                 return [replace(lobe, is_coat=covers and lobe.ior is not None) for lobe in top] + base
             if name == "mix_bsdf":
                 share = self._signal(shader, "mix", _ZERO, graph)
-                return _scaled(below("fg"), share) + _scaled(below("bg"), add(_ONE, share, -1.0))
+                return _scaled(below("fg"), share) + _scaled(below("bg"), add(ONE, share, -1.0))
             if name == "add_bsdf":
                 return below("in1") + below("in2")
             if name in ("multiply_bsdfF", "multiply_bsdfC"):
-                return _scaled(below("in1"), self._signal(shader, "in2", _ONE, graph))
+                return _scaled(below("in1"), self._signal(shader, "in2", ONE, graph))
         except DoesNotFold:
             self._report.warn(
                 UNKNOWN_NODE,
@@ -225,7 +221,7 @@ class BsdfReader:
             if name == "add_edf":
                 return add(below("in1"), below("in2"))
             if name in ("multiply_edfF", "multiply_edfC"):
-                return multiply(below("in1"), self._signal(shader, "in2", _ONE, graph))
+                return multiply(below("in1"), self._signal(shader, "in2", ONE, graph))
             if name == "mix_edf":
                 share, background = self._signal(shader, "mix", _ZERO, graph), below("bg")
                 return add(background, multiply(add(below("fg"), background, -1.0), share))
@@ -263,7 +259,7 @@ class BsdfReader:
             if self._constant(node.shader, "anisotropy", (0.0,), graph)[0] != 0.0:
                 graph.lost["anisotropy"] = None
             if node.id == "ND_glossiness_anisotropy":
-                return add(_ONE, self._signal(node.shader, "glossiness", _ONE, graph), -1.0)
+                return add(ONE, self._signal(node.shader, "glossiness", ONE, graph), -1.0)
             return self._signal(node.shader, "roughness", _ZERO, graph)
         if node is not None and node.id == "ND_roughness_dual":
             return self._signal(node.shader, "roughness", _ZERO, graph).pick([0])
@@ -281,7 +277,7 @@ class BsdfReader:
 
     def _diffuse(self, shader: UsdShade.Shader, graph: _Graph) -> list[_Lobe]:
         grey = Signal.constant((0.18, 0.18, 0.18))
-        weight, color = (self._signal(shader, *default, graph) for default in (("weight", _ONE), ("color", grey)))
+        weight, color = (self._signal(shader, *default, graph) for default in (("weight", ONE), ("color", grey)))
         kind = (shader.GetShaderId() or "").removeprefix("ND_")
         if kind == "subsurface_bsdf":
             graph.lost["the depth of its subsurface scattering"] = None
@@ -291,7 +287,7 @@ class BsdfReader:
 
     def _dielectric(self, shader: UsdShade.Shader, graph: _Graph) -> list[_Lobe]:
         white = Signal.constant((1.0, 1.0, 1.0))
-        weight, tint = (self._signal(shader, *default, graph) for default in (("weight", _ONE), ("tint", white)))
+        weight, tint = (self._signal(shader, *default, graph) for default in (("weight", ONE), ("tint", white)))
         ior = self._constant(shader, "ior", (1.5,), graph)
         return self._interface(
             shader,
@@ -303,7 +299,7 @@ class BsdfReader:
 
     def _schlick(self, shader: UsdShade.Shader, graph: _Graph) -> list[_Lobe]:
         white = Signal.constant((1.0, 1.0, 1.0))
-        weight, color = (self._signal(shader, *default, graph) for default in (("weight", _ONE), ("color0", white)))
+        weight, color = (self._signal(shader, *default, graph) for default in (("weight", ONE), ("color0", white)))
         edge = self._constant(shader, "color90", (1.0, 1.0, 1.0), graph)
         if (edge != 1.0).any():
             graph.lost["color90"] = None
@@ -326,11 +322,11 @@ class BsdfReader:
             tint = self._constant(shader, "tint", (1.0, 1.0, 1.0), graph)
             if (tint != 1.0).any():
                 graph.lost["the tint of its transmission"] = None
-            lobes.append(_Lobe("transmission", weight, _ONE, roughness, ior, normal))
+            lobes.append(_Lobe("transmission", weight, ONE, roughness, ior, normal))
         return lobes
 
     def _conductor(self, shader: UsdShade.Shader, graph: _Graph) -> list[_Lobe]:
-        weight = self._signal(shader, "weight", _ONE, graph)
+        weight = self._signal(shader, "weight", ONE, graph)
         node = self._node(shader.GetInput("ior"))
         if node is not None and node.id == "ND_artistic_ior":
             color = self._signal(node.shader, "reflectivity", Signal.constant((0.944, 0.776, 0.373)), graph)
@@ -343,7 +339,7 @@ class BsdfReader:
         return [_Lobe("reflection", weight, color, self._roughness(shader, graph), normal=self._normal(shader))]
 
     def _sheen(self, shader: UsdShade.Shader, graph: _Graph) -> list[_Lobe]:
-        if self._signal(shader, "weight", _ONE, graph).value != (0.0,):
+        if self._signal(shader, "weight", ONE, graph).value != (0.0,):
             graph.lost["sheen"] = None
         return []
 

@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Surfaces of other renderers to Material rows: ``foreign_shaders`` has what each input becomes, this reads them."""
+"""Surfaces of other renderers as UsdPreviewSurfaces: ``foreign_shaders`` says what inputs become, this reads them."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, OpacityMode
+from warp_rt.scene import MATERIAL_DEFAULTS, MaterialModel, OpacityMode
 from warp_rt.usd.attribute_values import numbers, shown
 from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Term
+from warp_rt.usd.preview_signals import ONE, PreviewSignals
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_numbers
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import DoesNotFold, Signal, add, multiply
@@ -20,10 +21,7 @@ from warp_rt.usd.surface_inputs import InputReader
 
 APPROXIMATED_SURFACE = "W302"
 
-_SIZES = {name: len(default) for name, default in MATERIAL_DEFAULTS[MaterialModel.PREVIEW].items()}
-_ONE = Input(value=(1.0, 0.0, 0.0, 0.0))
-_DEFAULT_IOR = Input(value=(MATERIAL_DEFAULTS[MaterialModel.PREVIEW]["ior"][0], 0.0, 0.0, 0.0))
-_FULL = Signal.constant((1.0,))
+_DEFAULT_IOR = Signal.constant(MATERIAL_DEFAULTS[MaterialModel.PREVIEW]["ior"])
 _GLTF_MASK = 1.0  # of alpha_mode
 
 
@@ -35,82 +33,87 @@ class ForeignReader:
         self._time = time
         self._report = report
 
-    def read(self, path: str, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Material:
-        """Return the material that comes nearest, and report that it is not the same.
+    def read(self, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> PreviewSignals:
+        """Return the UsdPreviewSurface that comes nearest, and report that it is not the same.
 
         Args:
-            path: Of the material.
             shader: The surface.
             surface: What its inputs mean.
             material: The material's prim.
         """
         lost = [name for name, neutral in surface.lacks.items() if self._is_used(shader, name, neutral)]
-        inputs = {}
+        inputs: dict[str, Signal] = {}
+        paths: dict[str, Sdf.Path] = {}
         for name, term in surface.terms.items():
-            value = self._term(shader, term, _SIZES[name], material)
-            if name == "ior":
-                value = self._inputs.check_ior(shader.GetInput(term.name), value)
-            if value is not None:
-                inputs[name] = value
+            value = self._term(shader, term, material)
+            if value is None:
+                continue
+            port = shader.GetInput(term.name) or shader.GetInput(term.weight)
+            path = port.GetAttr().GetPath() if port else shader.GetPath()
+            if name == "ior" and self._inputs.check_ior(path, self._inputs.lower(value, 1, path)) is None:
+                continue
+            inputs[name], paths[name] = value, path
         mode, threshold = OpacityMode.TRANSPARENT, 0.0
         if surface.coverage:
             coverage = self._coverage(shader, surface, material)
-            if coverage is not None and inputs.get("opacity", _ONE) == _ONE:
+            if coverage is not None and inputs.get("opacity", ONE).value == ONE.value:
                 inputs["opacity"], mode = coverage, OpacityMode.PRESENCE
+                paths["opacity"] = shader.GetInput(surface.coverage).GetAttr().GetPath()
                 threshold = self._threshold(shader, surface)
             elif coverage is not None:
                 lost.append(surface.coverage)
         if surface.reflectance:
             self._scale_reflectance(shader, surface.reflectance, inputs)
         if surface.normal and self._is_bent(shader, surface.normal):
-            normal = self._inputs.read(shader.GetInput(surface.normal), 3, material)
+            normal = self._inputs.signal(shader.GetInput(surface.normal), material, (1, 3, 4))
             if normal is not None:
                 inputs["normal"] = normal
+                paths["normal"] = shader.GetInput(surface.normal).GetAttr().GetPath()
         without = f", without {', '.join(lost)}" if lost else ""
         message = f"the surface {shader.GetShaderId()!r} is approximated by a UsdPreviewSurface{without}"
         self._report.warn(APPROXIMATED_SURFACE, shader.GetPath(), message)
-        return Material(path, MaterialModel.PREVIEW, inputs, opacity_mode=mode, opacity_threshold=threshold)
+        return PreviewSignals(inputs, paths, opacity_mode=mode, opacity_threshold=threshold)
 
-    def _term(self, shader: UsdShade.Shader, term: Term, size: int, material: Usd.Prim) -> Input | None:
-        """Return an input of UsdPreviewSurface; None, told, where it does not come down to one texture or primvar."""
+    def _term(self, shader: UsdShade.Shader, term: Term, material: Usd.Prim) -> Signal | None:
+        """Return an input of UsdPreviewSurface; None, told, where its factors vary by different coordinates."""
         found = self._signal(shader, term.name, term.default, material)
         try:
             if term.weight:
                 found = multiply(found, self._signal(shader, term.weight, term.weight_default, material))
             if term.is_complement:
-                found = add(_FULL, found.resized(1), -1.0)
+                found = add(ONE, found.resized(1), -1.0)
         except DoesNotFold:
             message = f"{term.name} and {term.weight} vary, and not by one set of coordinates; the default is used"
             self._report.warn(UNKNOWN_NODE, shader.GetPath(), message)
             return None
-        return self._inputs.lower(found, size, shader.GetInput(term.name) or shader.GetInput(term.weight))
+        return found
 
     def _signal(self, shader: UsdShade.Shader, name: str, default: Color | float, material: Usd.Prim) -> Signal:
         port = shader.GetInput(name) if name else None
         found = self._inputs.signal(port, material, (1, 3, 4)) if port else None
         return found or Signal.constant(default if isinstance(default, tuple) else (default,))
 
-    def _coverage(self, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Input | None:
+    def _coverage(self, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Signal | None:
         """Return the share of the surface that is there; None where that is all of it."""
         port = shader.GetInput(surface.coverage)
         if not port or (surface.coverage_mode and self._number(shader, surface.coverage_mode, 0.0) == 0.0):
             return None
-        value = self._inputs.read(port, 1, material)
-        return None if value == _ONE else value
+        found = self._inputs.signal(port, material, (1, 3, 4))
+        return None if found is None or set(found.value or ()) == {1.0} else found
 
     def _threshold(self, shader: UsdShade.Shader, surface: ForeignSurface) -> float:
         if not surface.coverage_mode or self._number(shader, surface.coverage_mode, 0.0) != _GLTF_MASK:
             return 0.0
         return max(self._number(shader, "alpha_cutoff", 0.5), float(np.finfo(np.float32).tiny))
 
-    def _scale_reflectance(self, shader: UsdShade.Shader, name: str, inputs: dict[str, Input]) -> None:
+    def _scale_reflectance(self, shader: UsdShade.Shader, name: str, inputs: dict[str, Signal]) -> None:
         """Scale the reflectance at normal incidence, ((1 - ior) / (1 + ior))^2, unless rays are bent by that ior."""
         weight = self._number(shader, name, 1.0)
-        ior = inputs.get("ior", _DEFAULT_IOR)
-        if weight == 1.0 or weight < 0.0 or ior.texture >= 0 or ior.primvar or inputs.get("opacity", _ONE) != _ONE:
+        ior = inputs.get("ior", _DEFAULT_IOR).value
+        if weight == 1.0 or weight < 0.0 or ior is None or inputs.get("opacity", ONE).value != ONE.value:
             return
-        r = min(math.sqrt(weight) * abs((1.0 - ior.value[0]) / (1.0 + ior.value[0])), 0.999)
-        inputs["ior"] = Input(value=((1.0 + r) / (1.0 - r), 0.0, 0.0, 0.0))
+        r = min(math.sqrt(weight) * abs((1.0 - ior[0]) / (1.0 + ior[0])), 0.999)
+        inputs["ior"] = Signal.constant(((1.0 + r) / (1.0 - r),))
 
     def _number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
         found = read_numbers(shader, name, (1,), self._time, self._report)

@@ -40,13 +40,13 @@ def report_beyond_images(
         sets = [k for k, of_mesh in enumerate(gprims.material_sets) if material in of_mesh]
         rows = np.flatnonzero(np.isin(gprims.materials[group.gprim], sets))
         reaching = _reaching(textures[row], unknown[row].is_continued, group, gprims, rows)
-        prims = {gprims.prims[prim] for prim in np.unique(gprims.prim[group.gprim[reaching]])}
-        told.setdefault(unknown[row].port, set()).update(prims)
-    for port, paths in told.items():
-        if paths:
-            more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-            message = f"its image is repeated beyond its window, where {min(paths)}{more} has coordinates"
-            report.warn(LOSSY, port, message)
+        reached = {gprims.prims[prim] for prim in np.unique(gprims.prim[group.gprim[reaching]])}
+        told.setdefault(unknown[row].path, set()).update(reached)
+    for path, prims in told.items():
+        if prims:
+            more = f" and {len(prims) - 1} more" if len(prims) > 1 else ""
+            message = f"its image is repeated beyond its window, where {min(prims)}{more} has coordinates"
+            report.warn(LOSSY, path, message)
 
 
 def _users(materials: Sequence[Material], unknown: Mapping[int, Unknown]) -> list[tuple[int, int]]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pxr import UsdShade
+from pxr import Sdf
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
@@ -27,8 +27,8 @@ Vector4 = tuple[float, float, float, float]
 class Unknown:
     """An image that is what it was made of within its window alone."""
 
-    port: str
-    """Path of the input that it was made for."""
+    path: str
+    """Of the input that it was made for."""
     is_continued: tuple[bool, bool]
     """Whether it is so beyond it, too, across and upwards."""
 
@@ -54,8 +54,14 @@ class InputRows:
         self._unknown: dict[str, Unknown] = {}
         """By key of what was made of a field."""
 
-    def lower(self, found: Signal, count: int, port: UsdShade.Input) -> Input | None:
-        """Return a signal as an input of ``count`` components; None, told, where no texture or primvar gives it."""
+    def lower(self, found: Signal, count: int, path: Sdf.Path) -> Input | None:
+        """Return a signal as an input of ``count`` components; None, told, where no texture or primvar gives it.
+
+        Args:
+            found: The signal.
+            count: 1 or 3.
+            path: Of what diagnostics are about.
+        """
         value = found.value
         if value is not None:
             return Input(value=_components(value, count))
@@ -64,7 +70,7 @@ class InputRows:
         if source is None:
             return None
         if source.computed is not None:
-            source = self._baked(source, port)
+            source = self._baked(source, path)
         channel = _common_channel(matrix)
         diagonal = np.zeros((count, CHANNELS))
         np.fill_diagonal(diagonal, linear.diagonal())
@@ -72,7 +78,7 @@ class InputRows:
         if source.texture is None:
             if not is_plain:
                 message = "mixes the components of a primvar, which is not supported; the default is used"
-                self._report.warn(UNKNOWN_NODE, port.GetAttr().GetPath(), message)
+                self._report.warn(UNKNOWN_NODE, path, message)
                 return None
             scale, bias = _scale_and_bias(matrix, channel)
             fallback = _components(source.fallback, count) if channel <= 0 else _components(source.fallback, CHANNELS)
@@ -91,7 +97,7 @@ class InputRows:
         self.textures.append(texture)
         return len(self.textures) - 1
 
-    def _baked(self, source: Source, port: UsdShade.Input) -> Source:
+    def _baked(self, source: Source, path: Sdf.Path) -> Source:
         """Return the texture that is made of a field, which is told: as a warning where that loses something."""
         if source.key not in self._bakes:
             self._bakes[source.key] = bake(source, self._images)
@@ -99,10 +105,10 @@ class InputRows:
         width, height = baked.size
         message = f"what its network computes is made an image of {width} x {height} texels{_where(baked)}"
         losses = _losses(baked)
-        self._report.warn(LOSSY if losses else BAKED, port.GetAttr().GetPath(), "; ".join([message, *losses]))
+        self._report.warn(LOSSY if losses else BAKED, path, "; ".join([message, *losses]))
         made = Source(f"baked {source.key}", baked.texture)
         if not all(baked.is_continued):
-            self._unknown[made.key] = Unknown(str(port.GetAttr().GetPath()), baked.is_continued)
+            self._unknown[made.key] = Unknown(str(path), baked.is_continued)
         return made
 
     def _row(self, source: Source, scale: Vector4, bias: Vector4) -> int:

@@ -11,7 +11,7 @@ Reference: UsdPreviewSurface Specification; UsdShadeMaterialBindingAPI.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
@@ -19,26 +19,16 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.scene.displacement import Displacement
-from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
-from warp_rt.usd.bsdf_graphs import SURFACE as SURFACE_OF_BSDFS
-from warp_rt.usd.bsdf_graphs import BsdfReader
-from warp_rt.usd.foreign_shaders import foreign_surface, is_preview_surface
-from warp_rt.usd.foreign_surfaces import ForeignReader
+from warp_rt.usd.foreign_shaders import is_preview_surface
 from warp_rt.usd.image_cache import ImageCache, KeptImages
 from warp_rt.usd.input_rows import Unknown
-from warp_rt.usd.shading_network import (
-    WRONG_TYPE,
-    Node,
-    find_source,
-    note_unknown_inputs,
-    read_constant,
-    read_numbers,
-)
+from warp_rt.usd.preview_signals import PreviewSignals
+from warp_rt.usd.shading_network import Node, find_source, read_numbers
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 from warp_rt.usd.surface_inputs import InputReader
+from warp_rt.usd.surfaces import UNKNOWN_SURFACE, SurfaceReader
 
-UNKNOWN_SURFACE = "W301"
 DISPLACEMENT = "W305"
 NO_SURFACE = "W307"
 NORMAL_MAP = "W309"
@@ -48,13 +38,8 @@ UNKNOWN_INPUT = "W311"
 DISPLAY_COLOR_MATERIAL = "/__displayColor"
 """Path of the material of prims that have none."""
 
-# Components of each input.
-_WHITTED_INPUTS, _PREVIEW_INPUTS = (
-    {name: len(default) for name, default in MATERIAL_DEFAULTS[model].items()}
-    for model in (MaterialModel.WHITTED, MaterialModel.PREVIEW)
-)
-_PREVIEW_NAMES = {*_PREVIEW_INPUTS, "displacement", "opacityMode", "opacityThreshold", "useSpecularWorkflow"}
-_SHARES = ("metallic", "roughness", "clearcoat", "clearcoatRoughness", "opacity")  # from 0 to 1, of UsdPreviewSurface
+_WHITTED_INPUTS = {name: len(default) for name, default in MATERIAL_DEFAULTS[MaterialModel.WHITTED].items()}
+"""Components of each input."""
 _RENDER_CONTEXT = "warp_rt"
 _MATERIAL = "material:"
 _NO_PATH = Sdf.Path.emptyPath  # of the material of prims that have none
@@ -83,6 +68,7 @@ class MaterialReader:
         """Rows of ``Scene.materials``."""
         self._images = ImageCache(report, images)
         self._inputs = InputReader(self._images, time, report)
+        self._surface_reader = SurfaceReader(self._inputs, time, report)
         self._rows: dict[Sdf.Path, int] = {}
         self._bound: dict[Bindings, int] = {}
         """Row of the material of all prims with certain bindings."""
@@ -183,24 +169,16 @@ class MaterialReader:
         surfaces = self._surfaces(material)
         for surface in surfaces:
             if surface.id == "WhittedSurface":
-                inputs = self._read_inputs(surface.shader, _WHITTED_INPUTS, material.GetPrim())
+                inputs = self._whitted_inputs(surface.shader, material.GetPrim())
                 self._warn_unknown_inputs(surface.shader)
                 return self.add(Material(path, MaterialModel.WHITTED, inputs))
             if is_preview_surface(surface.id):
-                return self.add(self._preview_surface(path, surface.shader, material.GetPrim()))
+                said = self._surface_reader.preview(surface.shader, material.GetPrim())
+                return self._add_preview(path, said, surface.shader)
         for surface in surfaces:
-            if surface.id == SURFACE_OF_BSDFS:
-                bsdfs = BsdfReader(self._inputs, self._time, self._report)
-                found = bsdfs.read(path, surface.shader, material.GetPrim())
-                if found is not None:
-                    self._check_normal_map(found.inputs.get("normal"), surface.shader)
-                    return self.add(found)
-            foreign = foreign_surface(surface.id)
-            if foreign is not None:
-                reader = ForeignReader(self._inputs, self._time, self._report)
-                row = self.add(reader.read(path, surface.shader, foreign, material.GetPrim()))
-                self._check_normal_map(self.materials[row].inputs.get("normal"), surface.shader)
-                return row
+            found = self._surface_reader.approximated(surface, material.GetPrim())
+            if found is not None:
+                return self._add_preview(path, found, surface.shader)
         for surface in surfaces:
             kind = f"the surface {surface.id!r}" if surface.id else "a surface without info:id"
             message = f"{kind} is not supported; displayColor is shown"
@@ -228,17 +206,15 @@ class MaterialReader:
                 nodes.append(source)
         return nodes
 
-    def _read_inputs(self, shader: UsdShade.Shader, sizes: Mapping[str, int], material: Usd.Prim) -> dict[str, Input]:
+    def _whitted_inputs(self, shader: UsdShade.Shader, material: Usd.Prim) -> dict[str, Input]:
         inputs = {}
-        for name, size in sizes.items():
+        for name, size in _WHITTED_INPUTS.items():
             port = shader.GetInput(name)
             value = self._inputs.read(port, size, material) if port else None
             if name == "ior":
-                value = self._inputs.check_ior(port, value)
+                value = self._inputs.check_ior(port.GetAttr().GetPath(), value)
             elif name == "shininess":
-                value = self._inputs.check_exponent(port, value)
-            elif name in _SHARES:
-                value = self._inputs.check_share(port, value)
+                value = self._inputs.check_exponent(port.GetAttr().GetPath(), value)
             if value is not None:
                 inputs[name] = value
         return inputs
@@ -249,34 +225,10 @@ class MaterialReader:
             if port.GetBaseName() not in _WHITTED_INPUTS:
                 self._report.warn(UNKNOWN_INPUT, port.GetAttr().GetPath(), "WhittedSurface has no such input; ignored")
 
-    def _preview_surface(self, path: str, shader: UsdShade.Shader, material: Usd.Prim) -> Material:
-        inputs = self._read_inputs(shader, _PREVIEW_INPUTS, material)
-        note_unknown_inputs(shader, "UsdPreviewSurface", _PREVIEW_NAMES, self._report)
-        self._check_normal_map(inputs.get("normal"), shader)
-        workflow = read_numbers(shader, "useSpecularWorkflow", (1,), self._time, self._report) or (0.0,)
-        threshold = read_numbers(shader, "opacityThreshold", (1,), self._time, self._report) or (0.0,)
-        return Material(
-            path,
-            MaterialModel.PREVIEW,
-            inputs,
-            use_specular_workflow=workflow[0] != 0,
-            opacity_mode=self._opacity_mode(shader),
-            opacity_threshold=threshold[0],
-        )
-
-    def _opacity_mode(self, shader: UsdShade.Shader) -> OpacityMode:
-        value = read_constant(shader, "opacityMode", self._time, self._report)
-        if value is None:
-            return OpacityMode.TRANSPARENT
-        if isinstance(value, str | int):
-            # MaterialX's twin has the numbers 0 and 1.
-            if value in ("transparent", 0):
-                return OpacityMode.TRANSPARENT
-            if value in ("presence", 1):
-                return OpacityMode.PRESENCE
-        path = shader.GetInput("opacityMode").GetAttr().GetPath()
-        self._report.warn(WRONG_TYPE, path, f"is {shown(value)}, no mode; transparent is used")
-        return OpacityMode.TRANSPARENT
+    def _add_preview(self, path: str, said: PreviewSignals, shader: UsdShade.Shader) -> int:
+        row = self.add(said.lowered(path, self._inputs, shader.GetPath()))
+        self._check_normal_map(self.materials[row].inputs.get("normal"), shader)
+        return row
 
     def _check_normal_map(self, normal: Input | None, shader: UsdShade.Shader) -> None:
         """Report an 8-bit normal map whose texels are not taken from 0..1 to -1..1, or are decoded as colours."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
@@ -56,39 +56,39 @@ class InputReader:
             None where nothing is said, so that the specification's default holds.
         """
         found = self.signal(port, material, (1, 3, 4))
-        return self.lower(found, count, port) if found else None
+        return self.lower(found, count, port.GetAttr().GetPath()) if found else None
 
     def signal(self, port: UsdShade.Input, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
         """Return what an input says before it is made an Input: see ``SignalReader.read``."""
         return self._signals.read(port, material, sizes)
 
-    def lower(self, found: Signal, count: int, port: UsdShade.Input) -> Input | None:
+    def lower(self, found: Signal, count: int, path: Sdf.Path) -> Input | None:
         """Return a signal as an input: see ``InputRows.lower``."""
-        return self._rows.lower(found, count, port)
+        return self._rows.lower(found, count, path)
 
-    def check_ior(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+    def check_ior(self, path: Sdf.Path, found: Input | None) -> Input | None:
         """Return an index of refraction; None, told, of a constant that is not above 0, for the default to hold."""
         if found is None or found.texture >= 0 or found.primvar or found.value[0] > 0.0:
             return found
         message = f"is {found.value[0]:g}, an index of refraction not above 0; the default is used"
-        self._report.warn(WRONG_TYPE, port.GetAttr().GetPath(), message)
+        self._report.warn(WRONG_TYPE, path, message)
         return None
 
-    def check_share(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+    def check_share(self, path: Sdf.Path, found: Input | None) -> Input | None:
         """Return an input that goes from 0 to 1; of a constant beyond, told, the nearest of the two."""
         if found is None or found.texture >= 0 or found.primvar or 0.0 <= found.value[0] <= 1.0:
             return found
         nearest = min(max(found.value[0], 0.0), 1.0)
         message = f"is {found.value[0]:g}, not from 0 to 1; {nearest:g} is used"
-        self._report.warn(OUT_OF_RANGE, port.GetAttr().GetPath(), message)
+        self._report.warn(OUT_OF_RANGE, path, message)
         return replace(found, value=(nearest, *found.value[1:]))
 
-    def check_exponent(self, port: UsdShade.Input, found: Input | None) -> Input | None:
+    def check_exponent(self, path: Sdf.Path, found: Input | None) -> Input | None:
         """Return an exponent of highlights; 0, told, for a constant below it."""
         if found is None or found.varies or found.value[0] >= 0.0:
             return found
         message = f"is {found.value[0]:g}, an exponent below 0; 0 is used"
-        self._report.warn(OUT_OF_RANGE, port.GetAttr().GetPath(), message)
+        self._report.warn(OUT_OF_RANGE, path, message)
         return replace(found, value=(0.0, *found.value[1:]))
 
     def add(self, texture: Texture) -> int:
