@@ -64,48 +64,68 @@ def height_of(nodes: wp.array[BinaryNode], links: Links, slot: int) -> int:
 
 @wp.struct
 class Listing:
-    """What binary trees hold."""
+    """What has been found in binary trees, and how far they have been gone through."""
 
     count: int
     """Nodes."""
     area: wp.float64
     """Half the area of all inner nodes."""
+    tree: int
+    """The tree to go on with; the number of trees where all have been gone through."""
+    slot: int
+    """The node to go on with; -1: the root of that tree."""
 
 
 @wp.kernel
-def list_nodes(nodes: wp.array[BinaryNode], links: Links, slots_out: wp.array[int], listing_out: wp.array[Listing]):
+def list_nodes(
+    nodes: wp.array[BinaryNode],
+    links: Links,
+    most: int,
+    slots_out: wp.array[int],
+    listing_out: wp.array[Listing],
+):
     """Write the slots of all nodes, each tree's in preorder, and what they add up to; fill ``links``. One thread.
 
     A tree may become one level higher than it is. Without a limit, boxes that lie within each other, which have least
     area as a chain, make a thousand levels of twenty.
+
+    Args:
+        nodes: Binary trees.
+        links: Output.
+        most: Nodes after which a launch ends, for the next one to go on.
+        slots_out: Output, one a node.
+        listing_out: Where earlier launches have come to, at first zeros and slot -1; shape [1].
     """
-    count = int(0)
-    area = wp.float64(0.0)
-    for tree in range(links.roots.shape[0]):
-        first = int(count)
-        slot = int(links.roots[tree])
-        links.parents[slot] = -1 - tree
-        while slot >= 0:
-            slots_out[count] = slot
-            count += 1
-            links.is_stale[slot] = False
-            if not is_leaf(nodes, slot):
-                area += wp.float64(box_half_area(nodes[slot].low, nodes[slot].high))
-                links.parents[nodes[slot].left] = slot
-                links.parents[nodes[slot].right] = slot
-                slot = nodes[slot].left
+    listing = listing_out[0]
+    last = listing.count + most
+    while listing.tree < links.roots.shape[0] and listing.count < last:
+        slot = int(listing.slot)
+        if slot < 0:
+            slot = links.roots[listing.tree]
+            links.parents[slot] = -1 - listing.tree
+        slots_out[listing.count] = slot
+        listing.count += 1
+        links.is_stale[slot] = False
+        if is_leaf(nodes, slot):
+            links.heights[slot] = 0
+            # The subtree ends here: on to the right child of the last ancestor that was left by its left one.
+            parent = int(links.parents[slot])
+            while parent >= 0 and nodes[parent].right == slot:
+                slot = parent
+                links.heights[slot] = height_of(nodes, links, slot)
+                parent = links.parents[slot]
+            if parent >= 0:
+                listing.slot = nodes[parent].right
             else:
-                # The subtree ends here: on to the right child of the last ancestor that was left by its left one.
-                parent = int(links.parents[slot])
-                while parent >= 0 and nodes[parent].right == slot:
-                    slot = parent
-                    parent = links.parents[slot]
-                slot = nodes[parent].right if parent >= 0 else -1
-        for step in range(count - first):
-            links.heights[slots_out[count - 1 - step]] = height_of(nodes, links, slots_out[count - 1 - step])
-        links.height_limits[tree] = links.heights[links.roots[tree]] + 1
-    listing_out[0].count = count
-    listing_out[0].area = area
+                links.height_limits[listing.tree] = links.heights[slot] + 1
+                listing.slot = -1
+                listing.tree += 1
+        else:
+            listing.area += wp.float64(box_half_area(nodes[slot].low, nodes[slot].high))
+            links.parents[nodes[slot].left] = slot
+            links.parents[nodes[slot].right] = slot
+            listing.slot = nodes[slot].left
+    listing_out[0] = listing
 
 
 @wp.func
@@ -281,13 +301,20 @@ def reinsert(slots: wp.array[int], nodes: wp.array[BinaryNode], links: Links, sa
 
 
 @wp.kernel
-def renew_costs(links: Links, trees: BinaryTrees):
-    """Find the costs anew that are stale, children before their parents. One thread."""
-    for tree in range(links.roots.shape[0]):
-        slot = int(links.roots[tree])
-        if not links.is_stale[slot]:
-            slot = -1
-        while slot >= 0:
+def renew_costs(links: Links, trees: BinaryTrees, most: int, tree_out: wp.array[int]):
+    """Find the costs anew that are stale, children before their parents. One thread.
+
+    Args:
+        links: What tells which are stale.
+        trees: Binary trees; output.
+        most: Costs after which a launch ends, for the next one to go on.
+        tree_out: The tree to go on with, at first 0; the number of trees where all is done; shape [1].
+    """
+    found = int(0)
+    tree = int(tree_out[0])
+    while tree < links.roots.shape[0] and found < most:
+        slot = int(links.roots[tree] if links.is_stale[links.roots[tree]] else -1)
+        while slot >= 0 and found < most:
             left = trees.nodes[slot].left  # leaves are never stale
             right = trees.nodes[slot].right
             if links.is_stale[left]:
@@ -296,5 +323,9 @@ def renew_costs(links: Links, trees: BinaryTrees):
                 slot = right
             else:
                 evaluate_costs(trees, slot)
+                found += 1
                 links.is_stale[slot] = False
                 slot = links.parents[slot]
+        if slot < 0:
+            tree += 1
+    tree_out[0] = tree

@@ -13,11 +13,11 @@ import warp as wp
 from warp_rt.bvh import reinsertion
 from warp_rt.bvh.collapse import collapse_forest
 from warp_rt.bvh.forest import build_binary_trees, refer_to_triangles
-from warp_rt.bvh.reinsertion import reinsert_subtrees
-from warp_rt.device.jobs import Executor, as_warp, numpy_type
+from warp_rt.bvh.reinsertion import list_nodes, reinsert_subtrees
+from warp_rt.device.jobs import Executor, as_warp
 from warp_rt.device.workers import Workers
 from warp_rt.kernels.bvh_collapse import evaluate_above
-from warp_rt.kernels.bvh_reinsert import Links, Listing, find_place, list_nodes
+from warp_rt.kernels.bvh_reinsert import Links, find_place
 from warp_rt.kernels.bvh_structs import BinaryNode, BinaryTrees
 from warp_rt.kernels.constants import REINSERTION_STACK, REINSERTION_VISITS, WIDTH
 from warp_rt.warp_setup import init_warp
@@ -50,13 +50,13 @@ def list_all(trees: BinaryTrees, roots: wp.array) -> tuple[Links, wp.array, np.v
     """Return the links of trees, the slots of their nodes, and what they add up to."""
     count = trees.nodes.shape[0]
     links = Links()
-    links.parents, links.heights, slots = (wp.empty(count, dtype=int, device="cpu") for _ in range(3))
+    links.parents, links.heights = (wp.empty(count, dtype=int, device="cpu") for _ in range(2))
     links.is_stale = wp.empty(count, dtype=wp.bool, device="cpu")
     links.height_limits = wp.empty(len(roots), dtype=int, device="cpu")
     links.roots = roots
-    listing = np.empty(1, numpy_type(Listing))
-    wp.launch(list_nodes, 1, inputs=[trees.nodes, links], outputs=[slots, as_warp(listing, Listing)], device="cpu")
-    return links, slots[: int(listing["count"][0])], listing[0]
+    slots = np.empty(count, np.int32)
+    listing = list_nodes(trees.nodes, links, slots, Executor("cpu", Workers(1)))
+    return links, as_warp(slots[: int(listing["count"])], wp.int32), listing
 
 
 def search(trees: BinaryTrees, links: Links, slots: wp.array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,6 +16,7 @@ from warp_rt.kernels.bvh_structs import Bin, BinaryNode, BinaryTrees, BuildRange
 from warp_rt.kernels.constants import WIDTH
 
 _GRAIN = 4096  # references up to which a range is never split between jobs
+_MOST_GRAIN = 1 << 17  # and beyond which it is: some 50 ms of one, in which no interrupt is heard
 _CLUSTERED = 1 << 16  # references from which a range's upper levels are built over clusters
 _SUBTREE = 2048  # references at which those end, but for a 512th of the range where that is more
 _PIECES = 16  # parts of a range that threads cluster side by side
@@ -80,7 +81,7 @@ class BinaryForest:
         self._builder = builder
         self._workers = workers
         self._keeps_costs = keeps_costs
-        self._grain = max(count // 32, _GRAIN)
+        self._grain = min(max(count // 32, _GRAIN), _MOST_GRAIN)
         self._build(ranges)
 
     def _build(self, ranges: np.ndarray) -> None:

@@ -21,7 +21,11 @@ _STRIDE = 16
 _WORTHWHILE = 0.02  # part of the area of inner nodes that a round has to save before another one pays
 _ROUNDS = 4
 _SEARCH_WEIGHT = 16  # a search for a better place looks at some twenty nodes
-_SLICE = 8192  # nodes moved in one launch, an eighth of those searched in one: meanwhile no interrupt is heard
+# What one launch does, some 10 ms in which no interrupt is heard:
+_LISTED = 1 << 19  # nodes listed
+_SEARCHED = 1 << 16  # searched for a better place
+_SLICE = 1 << 13  # moved
+_RENEWED = 1 << 14  # given new costs
 
 
 def reinsert_subtrees(trees: Any, roots: wp.array, executor: Executor) -> None:
@@ -36,16 +40,15 @@ def reinsert_subtrees(trees: Any, roots: wp.array, executor: Executor) -> None:
     """
     slot_count = trees.nodes.shape[0]
     # Most slots may be of no node: then this, like the nodes, stays virtual memory.
-    slots, listing = host_array(slot_count, np.int32), np.empty(1, numpy_type(Listing))
+    slots = host_array(slot_count, np.int32)
     links = Links()
     links.parents = executor.empty(slot_count, wp.int32)
     links.is_stale = executor.empty(slot_count, wp.bool)
     links.heights = executor.empty(slot_count, wp.int32)
     links.height_limits = executor.empty(roots.shape[0], wp.int32)
     links.roots = roots
-    outputs = [executor.upload(slots, wp.int32), executor.upload(listing, Listing)]
-    wp.launch(bvh_reinsert.list_nodes, 1, inputs=[trees.nodes, links], outputs=outputs, device="cpu")
-    slots = slots[: listing["count"][0]]
+    listing = list_nodes(trees.nodes, links, slots, executor)
+    slots = slots[: listing["count"]]
     cost = trees.costs.numpy()[roots.numpy(), 0].sum(dtype=np.float64)
     stride = min(max(len(slots) // _SAMPLE, 1), _STRIDE)
     promise = stride * _find_gains(trees, links, slots[::stride], executor).sum(dtype=np.float64)
@@ -53,16 +56,33 @@ def reinsert_subtrees(trees: Any, roots: wp.array, executor: Executor) -> None:
         return
     for _ in range(_ROUNDS):
         gains = _find_gains(trees, links, slots, executor)
-        if not _reinsert(trees, links, slots[gains > 0], executor) > _WORTHWHILE * listing["area"][0]:
+        if not _reinsert(trees, links, slots[gains > 0], executor) > _WORTHWHILE * listing["area"]:
             break
-    wp.launch(bvh_reinsert.renew_costs, 1, inputs=[links, trees], device="cpu")
+    tree = np.zeros(1, np.int32)
+    while tree[0] < roots.shape[0]:
+        inputs = [links, trees, _RENEWED]
+        wp.launch(bvh_reinsert.renew_costs, 1, inputs=inputs, outputs=[executor.upload(tree, wp.int32)], device="cpu")
+
+
+def list_nodes(nodes: wp.array, links: Links, slots: np.ndarray, executor: Executor) -> np.void:
+    """Fill the links of binary trees, which have at least their roots, and the slots of their nodes, in preorder.
+
+    Returns:
+        The ``Listing``: how many slots are filled, and the area of the inner nodes.
+    """
+    listing = np.zeros(1, numpy_type(Listing))
+    listing["slot"] = -1
+    outputs = [executor.upload(slots, wp.int32), executor.upload(listing, Listing)]
+    while listing["tree"][0] < links.roots.shape[0]:
+        wp.launch(bvh_reinsert.list_nodes, 1, inputs=[nodes, links, _LISTED], outputs=outputs, device="cpu")
+    return listing[0]
 
 
 def _find_gains(trees: Any, links: Any, slots: np.ndarray, executor: Executor) -> np.ndarray:
     """Return what a better place for each of some nodes saves: float32, shape [n], half areas."""
     gains = np.empty(len(slots), np.float32)
-    for start in range(0, len(slots), 8 * _SLICE):
-        some = slice(start, start + 8 * _SLICE)
+    for start in range(0, len(slots), _SEARCHED):
+        some = slice(start, start + _SEARCHED)
         inputs = [trees.nodes, links, executor.upload(slots[some], wp.int32)]
         outputs = [executor.upload(gains[some], wp.float32)]
         executor.launch(bvh_reinsert.find_gains, len(slots[some]), inputs, outputs, weight=_SEARCH_WEIGHT)

@@ -19,6 +19,8 @@ from warp_rt.device.workers import Workers
 
 _CHUNK = 4096  # items that one thread of a kernel takes care of where it does several
 _GPU_CHUNK = 32  # the same on a GPU, which wants tens of thousands of threads
+_LEAST_JOB = 1 << 10  # weight of a job below which threads do not pay
+_MOST_JOB = 1 << 18  # and above which an interrupt would not be heard soon: some 10 ms
 _SMALL = 4096  # elements of an array that Warp's allocator makes sooner than NumPy's
 _ALIGNMENT = 64  # bytes: a cache line
 
@@ -92,9 +94,8 @@ class Executor:
             weight: How much a thread does, beside one that does next to nothing.
         """
         if self.device == "cpu":
-            workers = self.workers.count
-            jobs = min(8 * workers, count * weight // 1024) if workers > 1 else 1
-            bounds = count * np.arange(jobs + 1) // jobs if jobs > 1 else np.array([0, count])
+            jobs = _job_count(count * weight, self.workers.count)
+            bounds = count * np.arange(jobs + 1) // jobs
             _launch_spans(self.workers, kernel, bounds[:-1], bounds[1:], inputs, outputs)
         elif count:
             wp.launch(kernel, count, inputs=[*inputs, 0], outputs=list(outputs), device=self.device)
@@ -192,9 +193,15 @@ def launch_jobs(
     if not len(weights):
         return
     total = np.cumsum(weights)
-    jobs = int(min(len(weights), max(1, min(8 * workers.count, total[-1] // 1024)))) if workers.count > 1 else 1
+    jobs = min(len(weights), _job_count(int(total[-1]), workers.count))
     ends = np.unique(np.searchsorted(total, total[-1] * np.arange(1, jobs + 1) / jobs) + 1).clip(max=len(weights))
     _launch_spans(workers, kernel, np.concatenate([[0], ends[:-1]]), ends, inputs, outputs)
+
+
+def _job_count(weight: int, workers: int) -> int:
+    """Return into how many jobs work of some weight is cut."""
+    shares = min(8 * workers, weight // _LEAST_JOB) if workers > 1 else 1
+    return max(shares, -(-weight // _MOST_JOB), 1)
 
 
 def _launch_spans(
