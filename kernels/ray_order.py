@@ -3,7 +3,8 @@
 """An order for rays that come in none, so that successive ones start near each other: a radix sort of Morton codes.
 
 By the lowest digit first. In each pass every thread of a launch counts, then places, the rays of a part of its own:
-rays of the same digit stay in the order that they have, however many parts there are.
+rays of the same digit stay in the order that they have, however many parts there are. What is sorted are keys, the code
+of a ray above its number, so that each moves by one store.
 """
 
 import warp as wp
@@ -37,63 +38,98 @@ def ray_code(place: wp.vec3) -> int:
     return spread_byte(x) | (spread_byte(y) << 1) | (spread_byte(z) << 2)
 
 
+@wp.func
+def digit(key: wp.uint64, shift: int) -> int:
+    """Return one of the RAY_DIGITS values of a digit of a key's code, which begins at bit ``shift``."""
+    return int(key >> wp.uint64(32 + shift)) & (RAY_DIGITS - 1)
+
+
 @wp.kernel
-def code_rays(origins: wp.array[wp.vec3], low: wp.vec3, scale: float, first: int, codes_out: wp.array[int]):
-    """Write the code of a ray's origin on the grid of a cube with a corner at ``low`` and sides of 1 / ``scale``."""
-    i = first + wp.tid()
-    codes_out[i] = ray_code((origins[i] - low) * scale)
+def code_rays(
+    origins: wp.array[wp.vec3],
+    low: wp.vec3,
+    scale: float,
+    part_bounds: wp.array[int],
+    first: int,
+    keys_out: wp.array[wp.uint64],
+    counts_out: wp.array2d[int],
+):
+    """Write the keys of the rays of a part, and count the lowest digit.
+
+    Args:
+        origins: Of all rays.
+        low: Corner of the cube that the codes' grid divides.
+        scale: 1 / its side.
+        part_bounds: Where the parts begin, and the last one ends.
+        first: Part of the first thread.
+        keys_out: Of all rays.
+        counts_out: Keys by part and digit, 0 before.
+    """
+    part = first + wp.tid()
+    counts = counts_out[part]
+    for i in range(part_bounds[part], part_bounds[part + 1]):
+        key = wp.uint64(ray_code((origins[i] - low) * scale)) << wp.uint64(32) | wp.uint64(i)
+        keys_out[i] = key
+        counts[digit(key, 0)] += 1
+
+
+@wp.kernel
+def count_digits(
+    keys: wp.array[wp.uint64], part_bounds: wp.array[int], shift: int, first: int, counts_out: wp.array2d[int]
+):
+    """Count the keys of a part by the digit that begins at bit ``shift``; the other arguments as for ``code_rays``."""
+    part = first + wp.tid()
+    counts = counts_out[part]
+    for i in range(part_bounds[part], part_bounds[part + 1]):
+        counts[digit(keys[i], shift)] += 1
 
 
 @wp.func
-def digit(code: int, shift: int) -> int:
-    """Return one of the RAY_DIGITS values of a digit of a code, which begins at bit ``shift``."""
-    return (code >> shift) & (RAY_DIGITS - 1)
+def place_next(places: wp.array[int], value: int) -> int:
+    """Return the next place of a digit's value, and move it on."""
+    place = places[value]
+    places[value] = place + 1
+    return place
 
 
 @wp.kernel
-def count_digits(codes: wp.array[int], part_bounds: wp.array[int], shift: int, first: int, counts_out: wp.array2d[int]):
-    """Count the codes of a part by one of their digits.
-
-    Args:
-        codes: Of all rays.
-        part_bounds: Where the parts begin, and the last one ends.
-        shift: Bit at which the digit begins.
-        first: Part of the first thread.
-        counts_out: Codes by part and digit, 0 before.
-    """
-    part = first + wp.tid()
-    for i in range(part_bounds[part], part_bounds[part + 1]):
-        value = digit(codes[i], shift)
-        counts_out[part, value] = counts_out[part, value] + 1
-
-
-@wp.kernel
-def place_rays(
-    codes: wp.array[int],
-    rays: wp.array[int],
+def place_keys(
+    keys: wp.array[wp.uint64],
     part_bounds: wp.array[int],
     shift: int,
     first: int,
     places: wp.array2d[int],
-    codes_out: wp.array[int],
-    rays_out: wp.array[int],
+    keys_out: wp.array[wp.uint64],
 ):
-    """Write the codes and rays of a part where their digit says.
+    """Write the keys of a part where a digit says.
 
     Args:
-        codes: In the order so far.
-        rays: Likewise, the rays that they are of.
-        part_bounds: See ``count_digits``.
-        shift: Likewise.
+        keys: In the order so far.
+        part_bounds: See ``code_rays``.
+        shift: Bit at which the digit begins.
         first: Part of the first thread.
         places: Where the next one of each part and digit comes; moved on.
-        codes_out: In the next order.
-        rays_out: Likewise.
+        keys_out: In the next order.
     """
     part = first + wp.tid()
+    own = places[part]
     for i in range(part_bounds[part], part_bounds[part + 1]):
-        value = digit(codes[i], shift)
-        place = places[part, value]
-        places[part, value] = place + 1
-        codes_out[place] = codes[i]
-        rays_out[place] = rays[i]
+        key = keys[i]
+        keys_out[place_next(own, digit(key, shift))] = key
+
+
+@wp.kernel
+def place_rays(
+    keys: wp.array[wp.uint64],
+    part_bounds: wp.array[int],
+    shift: int,
+    first: int,
+    places: wp.array2d[int],
+    rays_out: wp.array[int],
+):
+    """Do what ``place_keys`` does by the last digit, of which only the rays' numbers are written."""
+    part = first + wp.tid()
+    own = places[part]
+    for i in range(part_bounds[part], part_bounds[part + 1]):
+        key = keys[i]
+        rays_out[place_next(own, digit(key, shift))] = int(key & wp.uint64(0xFFFFFFFF))

@@ -20,6 +20,9 @@ _OCTANTS = 8
 _SAMPLED_GROUPS = 32
 _WORTHWHILE = 16.0  # how much smaller sorting makes groups before it pays: 80 thousand rays at random
 _MOST_PARTS = 16  # of the rays, each counted by one thread: what they count is added up by one
+_PART = 1 << 20  # rays of a part, if there are that many: a launch of some 10 ms, for an interrupt to be heard
+_DIGIT_BITS = RAY_DIGITS.bit_length() - 1
+_LAST_SHIFT = 3 * RAY_CODE_BITS - _DIGIT_BITS
 _AS_THEY_COME = np.empty(0, np.int32)
 
 
@@ -45,21 +48,30 @@ def sort_rays(accel: Accel, origins: np.ndarray, workers: Workers) -> np.ndarray
         return _AS_THEY_COME
     load_module(ray_order, "cpu")
     low, side = box
-    count, parts = len(origins), min(workers.count, _MOST_PARTS)
+    count = len(origins)
+    parts = max(min(workers.count, _MOST_PARTS), -(-count // _PART))
     executor = Executor("cpu", workers)
-    codes, rays = executor.empty(count, wp.int32), executor.upload(np.arange(count, dtype=np.int32), wp.int32)
-    executor.launch(ray_order.code_rays, count, [executor.upload(origins, wp.vec3), wp.vec3(low), 1.0 / side], [codes])
+    keys, rays = executor.empty(count, wp.uint64), np.empty(count, np.int32)
     bounds = executor.upload((count * np.arange(parts + 1) // parts).astype(np.int32), wp.int32)
-    for shift in range(0, 3 * RAY_CODE_BITS, RAY_DIGITS.bit_length() - 1):
-        counts = np.zeros((parts, RAY_DIGITS), np.int32)
+    counts = np.zeros((parts, RAY_DIGITS), np.int32)
+    inputs = [executor.upload(origins, wp.vec3), wp.vec3(low), 1.0 / side, bounds]
+    executor.launch(ray_order.code_rays, parts, inputs, [keys, executor.upload(counts, wp.int32)], weight=count)
+    for shift in range(0, _LAST_SHIFT, _DIGIT_BITS):
+        sorted_keys = executor.empty(count, wp.uint64)
+        outputs = [executor.upload(_places(counts), wp.int32), sorted_keys]
+        executor.launch(ray_order.place_keys, parts, [keys, bounds, shift], outputs, weight=count)
+        keys, counts = sorted_keys, np.zeros_like(counts)
         outputs = [executor.upload(counts, wp.int32)]
-        executor.launch(ray_order.count_digits, parts, [codes, bounds, shift], outputs, weight=count)
-        places = np.cumsum(counts.T, dtype=np.int32).reshape(-1, parts).T - counts
-        inputs = [codes, rays, bounds, shift]
-        codes, rays = executor.empty(count, wp.int32), executor.empty(count, wp.int32)
-        outputs = [executor.upload(places, wp.int32), codes, rays]
-        executor.launch(ray_order.place_rays, parts, inputs, outputs, weight=count)
-    return rays.numpy()
+        inputs = [keys, bounds, shift + _DIGIT_BITS]
+        executor.launch(ray_order.count_digits, parts, inputs, outputs, weight=count)
+    outputs = [executor.upload(_places(counts), wp.int32), executor.upload(rays, wp.int32)]
+    executor.launch(ray_order.place_rays, parts, [keys, bounds, _LAST_SHIFT], outputs, weight=count)
+    return rays
+
+
+def _places(counts: np.ndarray) -> np.ndarray:
+    """Return where the first ray of each part and digit comes, given how many there are: int32, shape [parts, n]."""
+    return np.cumsum(counts.T, dtype=np.int32).reshape(-1, len(counts)).T - counts
 
 
 def _scattered_box(origins: np.ndarray) -> tuple[np.ndarray, float] | None:
@@ -70,14 +82,15 @@ def _scattered_box(origins: np.ndarray) -> tuple[np.ndarray, float] | None:
     count = len(origins)
     if count < GROUP * _SAMPLED_GROUPS:
         return None
-    first = np.linspace(0, count - GROUP, _SAMPLED_GROUPS).astype(np.int64)
+    first = np.arange(_SAMPLED_GROUPS) * (count - GROUP) // (_SAMPLED_GROUPS - 1)
     runs = origins[first[:, None] + np.arange(GROUP)]
-    runs = runs[np.isfinite(runs).all(axis=(1, 2))]
-    if not len(runs):
+    lows, highs = runs.min(axis=1).astype(np.float64), runs.max(axis=1).astype(np.float64)
+    spans = (highs - lows).sum(axis=1)
+    is_finite = np.isfinite(spans)
+    if not is_finite.any():
         return None
-    low, high = runs.min(axis=(0, 1)).astype(np.float64), runs.max(axis=(0, 1)).astype(np.float64)
-    spans = np.ptp(runs.astype(np.float64), axis=1).sum(axis=1)
+    low, high = lows[is_finite].min(axis=0), highs[is_finite].max(axis=0)
     sorted_span = (high - low).sum() * math.sqrt(_OCTANTS * GROUP / count)
     side = float((high - low).max())
-    is_worthwhile = side > 0 and np.median(spans) > _WORTHWHILE * sorted_span
+    is_worthwhile = side > 0 and np.median(spans[is_finite]) > _WORTHWHILE * sorted_span
     return (low, side) if is_worthwhile else None
