@@ -77,14 +77,32 @@ have some 1200."""
 SHADOW_RAYS = wp.constant(2048)
 """Shadow rays that wait for each other."""
 
-LAST_RAYS = wp.constant(4096)
-"""Rays at the end of a query that are taken in spans of LAST_SPAN, so that workers end together."""
+LAST_RAYS = wp.constant(2048)
+"""Rays at the end of a worker's part that are taken in spans of LAST_SPAN, so that workers end together."""
 
 LAST_SPAN = wp.constant(256)
 """Rays of such a span: a quarter of GROUP_SPAN, which makes groups less full."""
 
 LAUNCH_SPANS = wp.constant(64)
 """Spans that a worker takes in one launch, some 30 ms at most: between launches an interrupt is heard."""
+
+PROGRESS_WORDS = wp.constant(16)
+"""Words that tell of a worker's progress, a cache line: first the first ray of its part that nobody has taken."""
+
+END_WORD = wp.constant(1)
+"""Where the part ends."""
+
+BUSY_WORD = wp.constant(2)
+"""Whether the worker may be in a launch."""
+
+OVER_WORD = wp.constant(3)
+"""Of the first worker's: whether all rays are taken."""
+
+WAIT_TURNS = wp.constant(1 << 16)
+"""How often the thread that asks a query looks whether the others are done before it goes to sleep: some 0.2 ms."""
+
+YIELD_TURNS = wp.constant(1 << 13)
+"""For how many of such turns the others stand back when they are: some 10 microseconds."""
 
 FLIGHTS = wp.constant(12)
 """Rays that a thread keeps in flight where they have nothing in common: what it takes to hide the wait for memory."""

@@ -22,21 +22,21 @@ def query_closest_hit_group(
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     sorted: wp.array[int],
-    next: wp.array[int],
+    words: wp.array[int],
     t_out: wp.array[float],
     u_out: wp.array[float],
     v_out: wp.array[float],
     triangle_out: wp.array[int],
     instance_out: wp.array[int],
 ):
-    """Write the closest hits of up to LAUNCH_SPANS spans of rays, from ray ``next[0]`` on."""
+    """Write the closest hits of up to LAUNCH_SPANS spans of rays."""
     results = ClosestHits()
     results.t = t_out
     results.u = u_out
     results.v = v_out
     results.triangle = triangle_out
     results.instance = instance_out
-    trace_spans(accels[0], span, origins, directions, t_max, sorted, next, results)
+    trace_spans(accels[0], span, origins, directions, t_max, sorted, words, results)
 
 
 @wp.kernel
@@ -47,10 +47,10 @@ def query_any_hit_group(
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     sorted: wp.array[int],
-    next: wp.array[int],
+    words: wp.array[int],
     blocked_out: wp.array[wp.bool],
 ):
     """Write whether the rays of up to LAUNCH_SPANS spans hit anything, from ray ``next[0]`` on."""
     results = AnyHits()
     results.is_blocked = blocked_out
-    trace_spans(accels[0], span, origins, directions, t_max, sorted, next, results)
+    trace_spans(accels[0], span, origins, directions, t_max, sorted, words, results)

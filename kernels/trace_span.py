@@ -8,7 +8,21 @@ from .bvh_flight import Flights, is_for_flights, trace_flights
 from .bvh_group import trace_group
 from .bvh_structs import AccelData
 from .bvh_traverse import is_ray_finite
-from .constants import GROUP, GROUP_SPAN, LAST_RAYS, LAST_SPAN, LAUNCH_SPANS, SCATTER_STRIDE, SCATTERED
+from .constants import (
+    BUSY_WORD,
+    END_WORD,
+    GROUP,
+    GROUP_SPAN,
+    LAST_RAYS,
+    LAST_SPAN,
+    LAUNCH_SPANS,
+    OVER_WORD,
+    PROGRESS_WORDS,
+    SCATTER_STRIDE,
+    SCATTERED,
+    WAIT_TURNS,
+    YIELD_TURNS,
+)
 from .gather_rays import load_group
 from .group_structs import RayGroup
 from .intersect_packet import COLUMNS, VECTOR_TYPES, octant_of
@@ -32,42 +46,89 @@ class RaySpan:
     flights: Flights
     base: wp.vec3d
     """World point that the hierarchy's coordinates are relative to."""
+    worker: int
+    """Number of the worker that has this memory; 0: the thread that asks the query."""
 
 
 _TAKE = r"""
-    int begin = *(volatile int*)next.data;
-    while (true) {
-        const int end = begin + (count - begin > LAST_RAYS ? GROUP_SPAN : LAST_SPAN);
+    const int workers = words.shape[0] / PROGRESS_WORDS;
+    for (int turn = 0; turn < workers; ++turn) {
+        int* own = (int*)words.data + PROGRESS_WORDS * ((worker + turn) % workers);
+        const int end = own[END_WORD];
+        int begin = *(volatile int*)own;
+        while (begin < end) {
+            const int left = end - begin;
+            const int size = left > LAST_RAYS ? GROUP_SPAN : left < LAST_SPAN ? left : LAST_SPAN;
 #if defined(__CUDA_ARCH__)
-        const int found = atomicCAS((int*)next.data, begin, end);
-        if (found == begin)
-            return begin;
-        begin = found;
+            const int found = atomicCAS(own, begin, begin + size);
+            if (found == begin)
+                return wp::vec_t<2, int>(begin, size);
+            begin = found;
 #else
-        if (__atomic_compare_exchange_n((int*)next.data, &begin, end, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED))
-            return begin;
+            if (__atomic_compare_exchange_n(own, &begin, begin + size, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+                return wp::vec_t<2, int>(begin, size);
 #endif
+        }
     }
+    *(volatile int*)((int*)words.data + OVER_WORD) = 1;
+    return wp::vec_t<2, int>(0, 0);
 """
+_PROGRESS = {
+    "PROGRESS_WORDS": PROGRESS_WORDS,
+    "END_WORD": END_WORD,
+    "BUSY_WORD": BUSY_WORD,
+    "OVER_WORD": OVER_WORD,
+}
 
 
-@wp.func_native(spell_out(_TAKE, GROUP_SPAN=GROUP_SPAN, LAST_RAYS=LAST_RAYS, LAST_SPAN=LAST_SPAN))
-def take_span(next: wp.array[int], count: int) -> int:
-    """Return the first ray of a span that no other thread has, and move ``next[0]`` on to the following one's.
+@wp.func_native(spell_out(_TAKE, GROUP_SPAN=GROUP_SPAN, LAST_RAYS=LAST_RAYS, LAST_SPAN=LAST_SPAN, **_PROGRESS))
+def take_span(words: wp.array[int], worker: int) -> wp.vec2i:
+    """Return first ray and size of a span that nobody has taken: of a worker's own part, then of the next ones'.
 
     Native, for Warp's own atomics are not atomic between launches of several CPU threads.
 
     Args:
-        next: shape [1].
-        count: Rays of the query; what is returned may lie beyond them.
+        words: See ``trace_spans``.
+        worker: Number of the worker.
+
+    Returns:
+        Size 0 where no rays are left.
     """
     ...
 
 
-@wp.func
-def span_size(left: int) -> int:
-    """Return how many rays a span has that begins ``left`` rays before the end of a query. See ``take_span``."""
-    return GROUP_SPAN if left > LAST_RAYS else wp.min(left, LAST_SPAN)
+_LEAVE = r"""
+#if !defined(__CUDA_ARCH__)
+    int* all = (int*)words.data;
+    const int workers = words.shape[0] / PROGRESS_WORDS;
+    const bool is_over = *(volatile int*)(all + OVER_WORD) != 0;
+    __atomic_store_n(all + PROGRESS_WORDS * worker + BUSY_WORD, 0, __ATOMIC_RELEASE);
+    // Without the processor's pause: a virtual one that pauses often is taken for idle, and loses its core.
+    volatile int busy = worker;
+    for (int turn = is_over ? 0 : WAIT_TURNS; turn < (worker == 0 ? WAIT_TURNS : YIELD_TURNS); ++turn) {
+        busy = worker;
+        for (int other = 1; worker == 0 && other < workers; ++other)
+            busy = busy | __atomic_load_n(all + PROGRESS_WORDS * other + BUSY_WORD, __ATOMIC_ACQUIRE);
+        if (busy == 0)
+            break;
+    }
+#endif
+"""
+
+
+@wp.func_native(spell_out(_LEAVE, WAIT_TURNS=WAIT_TURNS, YIELD_TURNS=YIELD_TURNS, **_PROGRESS))
+def leave_query(words: wp.array[int], worker: int):
+    """Mark a worker as done with a launch, the last that it does to the memory of a query.
+
+    Where no rays are left, worker 0, whose thread asks the query, then waits for the others: they are at their last
+    spans, and end sooner than a sleeping thread wakes up. They give it the time to go on before they need Python's lock
+    themselves.
+
+    Args:
+        words: See ``trace_spans``.
+        worker: Number of the worker.
+    """
+    ...
 
 
 _SORT = (
@@ -257,23 +318,19 @@ def trace_spans(
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
     sorted: wp.array[int],
-    next: wp.array[int],
+    words: wp.array[int],
     results: Results,
 ):
-    """Trace spans that no other thread has until there are no more, but at most LAUNCH_SPANS. See ``trace_span``."""
+    """Trace spans that nobody has taken until there are no more, but at most LAUNCH_SPANS. See ``trace_span``.
+
+    Each worker has a part of the rays, so that neighbours meet in one core's cache, and when that is done it helps the
+    others. ``words`` has PROGRESS_WORDS words for each, a cache line: the first ray of its part that nobody has taken;
+    at END_WORD where the part ends; at BUSY_WORD 0 if the worker is in no launch. OVER_WORD of the first worker's is
+    not 0 when all rays are taken.
+    """
     for _turn in range(wp.int32(LAUNCH_SPANS)):
-        begin = take_span(next, origins.shape[0])
-        left = origins.shape[0] - begin
-        if left <= 0:
-            return
-        trace_span(
-            accel,
-            span,
-            origins,
-            directions,
-            t_max,
-            sorted,
-            begin,
-            span_size(left),
-            results,
-        )
+        taken = take_span(words, span.worker)
+        if taken[1] == 0:
+            break
+        trace_span(accel, span, origins, directions, t_max, sorted, taken[0], taken[1], results)
+    leave_query(words, span.worker)

@@ -123,10 +123,10 @@ def test_no_thread_is_left_working_where_repeat_is_interrupted_as_it_waits(monke
     finish = workers._Order.finish
     interrupts = iter([KeyboardInterrupt()])
 
-    def finish_when_not_interrupted(order: workers._Order) -> None:
+    def finish_when_not_interrupted(order: workers._Order, *is_done: Callable[[], bool]) -> None:
         for interrupt in interrupts:
             raise interrupt
-        finish(order)
+        finish(order, *is_done)
 
     def work(thread: int) -> bool:
         calls.append(thread)
@@ -137,6 +137,36 @@ def test_no_thread_is_left_working_where_repeat_is_interrupted_as_it_waits(monke
     with pytest.raises(KeyboardInterrupt):
         Workers(3).repeat(work)
     _assert_no_more_come(calls)
+
+
+def test_threads_that_are_about_to_end_are_not_waited_for() -> None:
+    """They are used again all the same, for what comes when they have ended."""
+    gate = threading.Event()
+    has_begun = threading.Event()
+    order: list[str] = []
+
+    def work(thread: int) -> bool:
+        if thread == 0:
+            return not has_begun.wait(10)
+        has_begun.set()
+        gate.wait(10)
+        order.append("first")
+        return False
+
+    Workers(2).repeat(work, is_done=lambda: True)
+    assert order == []
+    before = threading.active_count()
+    threading.Timer(0.01, gate.set).start()
+
+    def work_later(thread: int) -> bool:
+        if thread == 0:
+            return not gate.wait(10) or len(order) < 2
+        order.append("second")
+        return False
+
+    Workers(2).repeat(work_later)
+    assert order == ["first", "second"]
+    assert threading.active_count() <= before
 
 
 @pytest.mark.parametrize("call", ["map", "repeat"])

@@ -276,17 +276,39 @@ def _launch_groups(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
     workers = rays.workers
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
     order = sort_rays(accel, rays.origins, workers)
-    taken = np.zeros(1, np.int32)
-    arrays = [rays.origins, rays.directions, rays.t_max, order, taken, *outputs]
+    progress = _share_rays(count, workers.count)
+    arrays = [rays.origins, rays.directions, rays.t_max, order, progress.reshape(-1), *outputs]
     launches = take_span_launches(accel)
     launches.prepare(accel, kernel, arrays, workers.count)
+    busy, over = progress[:, constants.BUSY_WORD], progress[0, constants.OVER_WORD :]
 
     def run(worker: int) -> bool:
-        launches.launch(kernel, worker)
-        return taken[0] < count
+        # Marked before it looks whether rays are left: where none were and nobody was marked, nobody launches any more,
+        # and the launches may be used by another query. Python's lock keeps the order of both.
+        busy[worker] = 1
+        if over[0]:
+            busy[worker] = 0
+        else:
+            launches.launch(kernel, worker)
+        return not over[0]
 
-    workers.repeat(run)
+    workers.repeat(run, lambda: bool(over[0]) and not any(busy.tolist()))
     keep_span_launches(accel, launches)  # not after an interrupt: a thread may still be at work
+
+
+def _share_rays(count: int, workers: int) -> np.ndarray:
+    """Return the progress of workers that have not begun, each with its part of the rays.
+
+    Returns:
+        int32, shape [workers, PROGRESS_WORDS], as ``trace_spans`` has it.
+    """
+    spans = -(-count // constants.GROUP_SPAN)
+    progress = np.zeros((workers, constants.PROGRESS_WORDS), np.int32)
+    for worker in range(workers):
+        progress[worker, 0] = spans * worker // workers * constants.GROUP_SPAN
+        progress[worker - 1, constants.END_WORD] = progress[worker, 0]
+    progress[-1, constants.END_WORD] = count
+    return progress
 
 
 def _cpu_tile(count: int, workers: int) -> int:

@@ -13,9 +13,10 @@ from warp_rt.kernels.constants import FLIGHTS, GROUP_SPAN
 from warp_rt.kernels.trace_span import RaySpan
 
 
-def make_ray_span(accel: Accel) -> RaySpan:
-    """Return what one worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives."""
+def make_ray_span(accel: Accel, worker: int) -> RaySpan:
+    """Return what a worker of the CPU needs to take spans of rays through a hierarchy; valid as long as it lives."""
     span = RaySpan()
+    span.worker = worker
     span.order, span.sizes = empty(9 * GROUP_SPAN, int), empty(9, int)
     span.group = make_ray_group(accel)
     span.flights = _make_flights(accel)

@@ -84,7 +84,7 @@ class SpanLaunches:
             descriptor.shape[0] = len(array)
         for worker in range(len(launches), workers):
             if worker == len(self._spans):
-                self._spans.append(make_ray_span(accel))
+                self._spans.append(make_ray_span(accel, worker))
             inputs = [accel.table, self._spans[worker], *descriptors]
             launches.append(wp.launch(kernel, dim=1, inputs=inputs, device="cpu", record_cmd=True))
 

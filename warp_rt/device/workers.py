@@ -78,10 +78,15 @@ class Workers:
             _finish(helpers)
         queue.raise_error()
 
-    def repeat(self, job: Callable[[int], bool]) -> None:
+    def repeat(self, job: Callable[[int], bool], is_done: Callable[[], bool] = lambda: False) -> None:
         """Have each thread k call ``job(k)`` until that returns False, and return when all have.
 
         What ``map`` does where the job itself knows what is left, in a third of the time.
+
+        Args:
+            job: What there is to do.
+            is_done: Asked when the calling thread's own calls have ended. Where it returns True the others are not
+                waited for: they have nothing left to do but to end.
 
         Raises:
             BaseException: Whatever a job raised first, KeyboardInterrupt included; the other threads end with their
@@ -93,7 +98,7 @@ class Workers:
             for k in range(1, self.count):
                 helpers.append(_start(partial(turns.take, k)))
             turns.take(0)
-            _finish(helpers)
+            _finish(helpers, is_done)
         except BaseException as caught:  # an interrupt outside the job, or no further thread to be had
             turns.error = turns.error or caught
             _finish(helpers)
@@ -177,6 +182,7 @@ class _Order:
         self._work = work
         self._helper = helper
         self._is_taken = threading.Lock()  # by the helper that begins it, or by who calls it off
+        self._is_returned = threading.Lock()  # the helper, to the idle ones
         self._is_done = False
         self._gate = threading.Lock()
         self._gate.acquire()
@@ -185,7 +191,7 @@ class _Order:
         """Do it, which raises nothing, unless it has been called off, and wake up who waits for it."""
         if self._is_taken.acquire(blocking=False):
             self._work()
-            _idle.append(self._helper)
+            self._return_helper()
         self._is_done = True  # where it was called off, too: who was interrupted in that may ask again
         self._gate.release()
 
@@ -193,12 +199,21 @@ class _Order:
         """Wait until it is done, or some seconds; return if it is. An interrupt may come at any time."""
         return self._is_done or self._gate.acquire(timeout=seconds)
 
-    def finish(self) -> None:
-        """Wait until it is done, or call it off if it has not begun, for nothing is left to do. May be repeated."""
-        if self._is_taken.acquire(blocking=False):
-            _idle.append(self._helper)
+    def finish(self, is_done: Callable[[], bool] = lambda: False) -> None:
+        """Wait until it is done, or call it off if it has not begun, for nothing is left to do. May be repeated.
+
+        Args:
+            is_done: Where this returns True it is about to end, and is not waited for.
+        """
+        if self._is_taken.acquire(blocking=False) or is_done():
+            self._return_helper()
         else:
             self.wait()
+
+    def _return_helper(self) -> None:
+        """Let others have the helper; what they order begins when it is done with this."""
+        if self._is_returned.acquire(blocking=False):
+            _idle.append(self._helper)
 
 
 class _Helper(threading.Thread):
@@ -234,10 +249,10 @@ def _start(work: Callable[[], None]) -> _Order:
     return order
 
 
-def _finish(orders: Iterable[_Order]) -> None:
-    """Wait for what has begun, and call off the rest."""
+def _finish(orders: Iterable[_Order], is_done: Callable[[], bool] = lambda: False) -> None:
+    """Wait for what has begun, unless it is about to end, and call off the rest."""
     for order in orders:
-        order.finish()
+        order.finish(is_done)
 
 
 if hasattr(os, "register_at_fork"):
