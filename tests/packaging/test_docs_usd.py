@@ -467,6 +467,13 @@ def test_every_code_of_the_documents_has_its_stage() -> None:
     }
 
 
+def test_tables_can_be_read() -> None:
+    """What takes more than a few lines of a cell has a paragraph below the table."""
+    lines = (DOCS / "usd.md").read_text(encoding="utf-8").splitlines()
+    cells = [cell for line in lines if line.startswith("|") for cell in line.strip("|").split(" | ")]
+    assert max(map(len, cells)) <= 250
+
+
 # --- what is supported
 
 

@@ -16,7 +16,13 @@ from pxr import Usd, Vt
 
 from warp_rt.report import Report
 
-_FORMS = {Vt.IntArray: np.dtype(np.int32), Vt.Vec3fArray: np.dtype((np.float32, 3))}
+_FORMS = {
+    Vt.IntArray: np.dtype(np.int32),
+    Vt.FloatArray: np.dtype((np.float32, (1,))),
+    Vt.Vec2fArray: np.dtype((np.float32, 2)),
+    Vt.Vec3fArray: np.dtype((np.float32, 3)),
+    Vt.Vec4fArray: np.dtype((np.float32, 4)),
+}
 _TESTED = 1 << 16  # numbers or rows at a time: what is computed on the way takes little memory
 
 
@@ -29,6 +35,23 @@ def concatenated(arrays: Sequence[Any]) -> np.ndarray:
     if len(kinds) == 1 and (form := _FORMS.get(*kinds)) is not None:
         return np.frombuffer(bytearray().join(arrays), form)
     return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
+
+
+def joined_slices(arrays: Sequence[Any]) -> tuple[np.ndarray, list[slice]]:
+    """Return arrays as ``concatenated`` does, and where each of them is."""
+    ends = np.cumsum([0, *map(len, arrays)]).tolist()
+    return concatenated(arrays), list(map(slice, ends[:-1], ends[1:]))
+
+
+def with_infinities(joined: np.ndarray, slices: Sequence[slice]) -> list[int]:
+    """Return which slices of rows, shape [n, c], hold a number that is not finite."""
+    flat = joined.reshape(-1)
+    starts = range(0, len(flat), _TESTED)
+    failing = [start + np.flatnonzero(~np.isfinite(flat[start : start + _TESTED])) for start in starts]
+    rows = np.concatenate([np.zeros(0, np.intp), *failing]) // joined.shape[1]
+    if not len(rows):
+        return []
+    return np.unique(np.searchsorted([own.stop for own in slices], rows, "right")).tolist()
 
 
 def float_rows(value: Any) -> np.ndarray | None:

@@ -7,9 +7,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from pxr import Sdf, Usd, UsdShade
+from pxr import Sdf, Tf, Usd, UsdShade
 
 from warp_rt.usd.authored import AuthoredReader
+from warp_rt.usd.questions import get_forwarded_targets, get_path, get_relationship, has_api
 
 _COLLECTION = "material:binding:collection:"
 
@@ -41,15 +42,19 @@ def extend_bindings(above: Bindings, prim: Usd.Prim, names: Sequence[str], has_h
     """
     said = above
     for name in names:
-        relationship = prim.GetRelationship(name)
-        if not relationship:
-            continue
+        relationship = get_relationship(prim, name)
+        try:
+            targets = get_forwarded_targets(relationship)
+        except Tf.ErrorException:
+            if relationship:
+                raise
+            continue  # it is an attribute
         binding = Binding(
             name,
-            tuple(relationship.GetForwardedTargets()),
+            tuple(targets),
             relationship.GetMetadata("bindMaterialAs") if has_heirs else None,
-            prim.GetPath() if name.startswith(_COLLECTION) else None,
-            prim.HasAPI(UsdShade.MaterialBindingAPI) or not name.startswith("material:"),
+            get_path(prim) if name.startswith(_COLLECTION) else None,
+            has_api(prim, UsdShade.MaterialBindingAPI) or not name.startswith("material:"),
         )
         said = (*said, binding)
     return said

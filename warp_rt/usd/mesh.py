@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Tf, Usd, UsdGeom, Vt
@@ -39,6 +39,7 @@ SUBDIVISION_SCHEMES = (*SMOOTH_SCHEMES, "bilinear")
 _SCHEMES = (*SUBDIVISION_SCHEMES, "none")
 ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
+_TURNING = (*_NORMALS, "orientation")
 _SMALL = 1 << 12  # elements of an array up to which it stays USD's until it is joined with others
 _PLAIN_TYPES = {"points": Vt.Vec3fArray, "faceVertexCounts": Vt.IntArray, "faceVertexIndices": Vt.IntArray}
 _JOINED_CORNERS = 1 << 17  # of meshes that are cut together: more saves no time, and takes memory
@@ -108,18 +109,21 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
 
 def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
-    prim, authored, skin, time, carried_to, level, *_ = source
-    points = read_points(prim, time, carried_to) if carried_to else _read_array(prim, "points", time, report)
-    counts = _read_array(prim, "faceVertexCounts", time, report)
-    indices = _read_array(prim, "faceVertexIndices", time, report)
-    size = 0 if points is None else len(points), len(counts), len(indices)
-    if not (size[0] and size[1]):
+    prim, authored, skin, time, carried_to, level, _, _ = source
+    if carried_to:
+        points = read_points(prim, time, carried_to)
+        point_count = 0 if points is None else len(points)
+    else:
+        points, point_count = _read_array(prim, "points", time, report)
+    counts, face_count = _read_array(prim, "faceVertexCounts", time, report)
+    indices, corner_count = _read_array(prim, "faceVertexIndices", time, report)
+    if not (point_count and face_count):
         report.warn(EMPTY, prim.GetPath(), "mesh without points or faces")
         return None
     if skin is not None:
         points, skin = pose(np.asarray(points), skin, prim, report)
         source = source._replace(skin=skin)
-    holes = _read_holes(prim, size[1], time, report) if "holeIndices" in authored.names else None
+    holes = _read_holes(prim, face_count, time, report) if "holeIndices" in authored.names else None
     scheme = _SCHEMES[0]
     if "subdivisionScheme" in authored.names:
         scheme = get_value(get_attribute(prim, "subdivisionScheme"))
@@ -127,6 +131,7 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
     is_refined = level > 0 and scheme in SUBDIVISION_SCHEMES
+    size = point_count, face_count, corner_count
     cage = Cage(prim, points, counts, indices, size, holes, scheme in SMOOTH_SCHEMES)
     return _Mesh(source, cage, scheme, is_refined)
 
@@ -162,6 +167,9 @@ def _finish(drawn: Sequence[tuple[_Mesh, CutMesh]], report: Report) -> list[Mesh
     plain = read_plain_values([mesh.source for mesh, _ in drawn], have_normals, report)
     found: list[tuple[CutMesh, Primvar | None] | None] = []
     for (mesh, shape), has_normals, values in zip(drawn, have_normals, plain, strict=True):
+        if mesh.source.authored.names.isdisjoint(_TURNING):
+            found.append((shape, shape.normals))
+            continue
         try:
             found.append(_with_normals(mesh, shape, has_normals, values.normals, report))
         except Tf.ErrorException as error:
@@ -216,11 +224,7 @@ def _built(
 ) -> MeshSource:
     """Return the mesh of some triangles, with its primvars and subsets."""
     layout = shape.layout
-    primvars: dict[str, Primvar] | None = None if plain is None else {}
-    if plain:
-        laid_out = {rows.name: rows.lay_out(layout) for rows in plain}
-        found = {name: primvar for name, primvar in laid_out.items() if primvar is not None}
-        primvars = found if len(found) == len(laid_out) else None
+    primvars = None if plain is None else _laid_out(plain, layout)
     if primvars is None:
         primvars = read_primvars(source.prim, layout, source.time, report)
     slots: np.ndarray | None = None
@@ -237,6 +241,17 @@ def _built(
         is_closed=shape.is_closed,
     )
     return MeshSource(mesh, subsets)
+
+
+def _laid_out(plain: Sequence[PlainRows], layout: Layout) -> dict[str, Primvar] | None:
+    """Return primvars by name; None where one has more or fewer values than there are elements."""
+    found = {}
+    for rows in plain:
+        primvar = rows.lay_out(layout)
+        if primvar is None:
+            return None
+        found[rows.name] = primvar
+    return found
 
 
 def _have_length(vectors: np.ndarray) -> np.ndarray:
@@ -316,17 +331,18 @@ def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) 
     return Primvar(np.concatenate([values, geometric.astype(np.float32)]), indices)
 
 
-def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> np.ndarray | Vt.Vec3fArray:
-    """Return points, shape [n, 3], or integers; of no length where they are absent or, told, of a wrong type."""
+def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> tuple[Any, int]:
+    """Return points, shape [n, 3], or integers, and how many: none where they are absent or, told, of a wrong type."""
     value = get_value(get_attribute(prim, name), time)
     if type(value) is _PLAIN_TYPES[name]:
-        return value if len(value) <= _SMALL else np.array(value)
+        count = len(value)
+        return (value if count <= _SMALL else np.array(value)), count
     array = vector_rows(value, 3) if name == "points" else signed_integers(value)
     if array is not None:
-        return array
+        return array, len(array)
     if value is not None:
         report.warn(BAD_TOPOLOGY, prim.GetPath(), f"{name} holds a {type(value).__name__}")
-    return np.zeros((0, 3), np.float32) if name == "points" else np.zeros(0, np.int32)
+    return (np.zeros((0, 3), np.float32) if name == "points" else np.zeros(0, np.int32)), 0
 
 
 def _read_holes(prim: Usd.Prim, face_count: int, time: Usd.TimeCode, report: Report) -> np.ndarray | None:

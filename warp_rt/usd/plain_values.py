@@ -8,7 +8,9 @@ since NumPy takes a microsecond a call. What is not plain is left to those who r
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,26 +18,34 @@ from pxr import Sdf, Tf, Usd, UsdGeom, Vt
 
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
-from warp_rt.usd.arrays import hold_throughout
+from warp_rt.usd.arrays import joined_slices, with_infinities
 from warp_rt.usd.authored import Authored
 from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.primvars import WIDTHS, Elements, is_declared_drawable
-from warp_rt.usd.questions import get_attribute, get_metadata, get_value, has_authored_connections
+from warp_rt.usd.questions import (
+    compute_color_space_name,
+    get_attribute,
+    get_metadata,
+    get_value,
+    get_value_type,
+    has_authored_connections,
+)
 from warp_rt.usd.sources import Source
 
-_PRIMVARS = "primvars:"
+_PREFIX = len("primvars:")
 _INDICES = ":indices"
 _COLOR = Sdf.ValueRoleNames.Color
 _COMPONENTS = {Vt.FloatArray: 1, Vt.Vec2fArray: 2, Vt.Vec3fArray: 3, Vt.Vec4fArray: 4}
 
 
-class PlainRows(NamedTuple):
+@dataclass(slots=True, eq=False)
+class PlainRows:
     """Values that fit the elements of their prim, or do not: that is all that can be wrong with them."""
 
     name: str
     """Of the primvar."""
     rows: np.ndarray
-    """float32, shape [k, c], all finite."""
+    """float32, shape [k, c], all finite. (USD's own array until all are joined.)"""
     indices: np.ndarray | None
     """int32, shape [e], row of each element, within range; None: the elements are the rows."""
     interpolation: str
@@ -72,31 +82,47 @@ def read_plain_values(sources: Sequence[Source], have_normals: Sequence[bool], r
         _read(source, has_normals, report) if has_normals or source.authored.primvars else _WITHOUT_PRIMVARS
         for source, has_normals in zip(sources, have_normals, strict=True)
     ]
-    bad = _damaged([rows for values in found for rows in (values.normals, *(values.primvars or ())) if rows])
+    held = [values.normals for values in found if values.normals]
+    held.extend([rows for values in found if values.primvars for rows in values.primvars])
+    if not held:
+        return found
+    bad = _join(held)
     if not bad:
         return found
     return [
         PlainValues(
-            None if id(values.normals) in bad else values.normals,
-            None if any(id(rows) in bad for rows in values.primvars or ()) else values.primvars,
+            None if values.normals in bad else values.normals,
+            None if values.primvars and not bad.isdisjoint(values.primvars) else values.primvars,
         )
         for values in found
     ]
 
 
-def _damaged(found: Sequence[PlainRows]) -> set[int]:
-    """Return the identities of what holds a number that is not finite, or an index out of range."""
-    are_finite = hold_throughout([rows.rows.reshape(-1) for rows in found], np.isfinite)
-    bad = {id(rows) for rows, is_finite in zip(found, are_finite, strict=True) if not is_finite}
-    indexed = [rows for rows in found if rows.indices is not None]
-    # Without a sign, those below zero are above all others.
-    in_range = [np.asarray(rows.indices).view(np.uint32) < len(rows.rows) for rows in indexed]
-    are_in_range = hold_throughout(in_range, np.asarray)
-    return bad | {id(rows) for rows, is_good in zip(indexed, are_in_range, strict=True) if not is_good}
+def _join(held: Sequence[PlainRows]) -> set[PlainRows]:
+    """Make NumPy's arrays of USD's; return what holds a number that is not finite, or an index out of range."""
+    bad: set[PlainRows] = set()
+    alike: dict[type, list[PlainRows]] = {}
+    for rows in held:
+        alike.setdefault(type(rows.rows), []).append(rows)
+    for members in alike.values():
+        joined, slices = joined_slices([one.rows for one in members])
+        for one, own in zip(members, slices, strict=True):
+            one.rows = joined[own]
+        bad.update([members[row] for row in with_infinities(joined, slices)])
+    indexed = [rows for rows in held if rows.indices is not None]
+    if indexed:
+        joined, slices = joined_slices([rows.indices for rows in indexed])
+        # Without a sign, those below zero are above all others.
+        may_be_bad = joined.view(np.uint32).max(initial=0) >= min(len(rows.rows) for rows in indexed)
+        for one, own in zip(indexed, slices, strict=True):
+            one.indices = joined[own]
+            if may_be_bad and (one.indices.view(np.uint32) >= len(one.rows)).any():
+                bad.add(one)
+    return bad
 
 
 def _read(source: Source, has_normals: bool, report: Report) -> PlainValues:
-    prim, authored, _, time, *_ = source
+    prim, authored, _, time, _, _, _, _ = source
     try:
         return PlainValues(
             _read_normals(prim, authored, time) if has_normals else None,
@@ -114,12 +140,13 @@ def _read_normals(prim: Usd.Prim, authored: Authored, time: Usd.TimeCode) -> Pla
     if type(value) is not Vt.Vec3fArray:
         return None
     interpolation = get_metadata(attribute, "interpolation") or UsdGeom.Tokens.vertex
-    return PlainRows("normals", np.array(value), None, str(interpolation))
+    return PlainRows("normals", value, None, interpolation)
 
 
 def _read_primvars(
     prim: Usd.Prim, authored: Authored, time: Usd.TimeCode, report: Report
 ) -> tuple[PlainRows, ...] | None:
+    """Return the rows of primvars, not looked through yet; None where one is not plain."""
     found = []
     for name in authored.primvars:
         if name.endswith(_INDICES):
@@ -127,37 +154,36 @@ def _read_primvars(
         attribute = get_attribute(prim, name)
         if has_authored_connections(attribute):
             return None
-        declared = UsdGeom.Primvar(attribute).GetDeclarationInfo()
-        if name == "primvars:normals" or not is_declared_drawable(*declared):
+        base_name = name[_PREFIX:]
+        interpolation = get_metadata(attribute, "interpolation") or UsdGeom.Tokens.constant
+        # What WIDTHS has is drawn whatever its element size.
+        element_size = 1 if base_name in WIDTHS else get_metadata(attribute, "elementSize")
+        value_type = get_value_type(attribute)
+        is_drawable, is_color = _declared(base_name, value_type, interpolation, element_size)
+        if not is_drawable:
+            if not value_type:  # no attribute, but a relationship
+                return None
             continue
-        rows = _read_primvar(prim, attribute, authored, declared, time, report)
-        if rows is None:
+        value = get_value(attribute, time)
+        width = _COMPONENTS.get(type(value))
+        if width is None or width != WIDTHS.get(base_name, width) or not len(value):
             return None
-        found.append(rows)
+        if is_color and compute_color_space_name(attribute, None) and color_space_of(attribute, report) is not None:
+            return None
+        indices = None
+        if name + _INDICES in authored.names:
+            indices = get_value(get_attribute(prim, name + _INDICES), time)
+            if type(indices) is not Vt.IntArray:
+                return None
+        found.append(PlainRows(base_name, value, indices, interpolation))
     return tuple(found)
 
 
-def _read_primvar(
-    prim: Usd.Prim,
-    attribute: Usd.Attribute,
-    authored: Authored,
-    declared: tuple[str, Sdf.ValueTypeName, str, int],
-    time: Usd.TimeCode,
-    report: Report,
-) -> PlainRows | None:
-    """Return the rows of a primvar, not looked through yet; None where they are not plain."""
-    name, value_type, interpolation, _ = declared
-    value = get_value(attribute, time)
-    width = _COMPONENTS.get(type(value))
-    if width is None or width != WIDTHS.get(name, width) or not len(value):
-        return None
-    if value_type.role == _COLOR and color_space_of(attribute, report) is not None:
-        return None
-    indices = None
-    index_name = f"{_PRIMVARS}{name}{_INDICES}"
-    if index_name in authored.names:
-        held = get_value(get_attribute(prim, index_name), time)
-        if type(held) is not Vt.IntArray:
-            return None
-        indices = np.array(held)
-    return PlainRows(name, np.array(value).reshape(-1, width), indices, interpolation)
+@functools.lru_cache(maxsize=1024)
+def _declared(
+    name: str, value_type: Sdf.ValueTypeName, interpolation: str, element_size: int | None
+) -> tuple[bool, bool]:
+    """Return whether a primvar that is declared so is drawn, normals aside, and whether it is a colour."""
+    size = 1 if element_size is None else element_size
+    is_drawable = name != "normals" and is_declared_drawable(name, value_type, interpolation, size)
+    return is_drawable, value_type.role == _COLOR

@@ -28,3 +28,6 @@ get_value = Usd.Attribute.Get
 get_value_type = Usd.Attribute.GetTypeName
 get_metadata = Usd.Attribute.GetMetadata
 has_authored_connections = Usd.Attribute.HasAuthoredConnections
+
+get_forwarded_targets = Usd.Relationship.GetForwardedTargets
+compute_color_space_name = Usd.ColorSpaceAPI.ComputeColorSpaceName

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from pxr import Usd, UsdGeom, UsdSemantics
 
@@ -26,7 +26,8 @@ FOREIGN = frozenset((*_OF_XFORMABLES, *_OF_IMAGEABLES, *_OF_GEOMETRY))
 _SAY_NOTHING = ("inherited", "default")
 
 
-class PrimType(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class PrimType:
     """What prims of a type, with the schemas that are applied to them, take part in."""
 
     info: Usd.PrimTypeInfo
@@ -41,28 +42,37 @@ class PrimType(NamedTuple):
 
 
 class TypeReader:
-    """Tells the types of prims; those of one type, with the same schemas, are asked once."""
+    """Tells the types of prims; those of one type, with the same schemas, are asked once and share one record."""
 
     def __init__(self) -> None:
         self._latest: dict[str, PrimType] = {}
+        self._known: dict[tuple[str, ...], PrimType] = {}
 
     def read(self, prim: Usd.Prim) -> PrimType:
         """Return the type of a prim."""
         info, name = get_type_info(prim), get_type_name(prim)
-        known = self._latest.get(name)
-        if known is not None and known.info == info:
-            return known
-        found = self._latest[name] = PrimType(
-            info,
-            name,
-            tuple(filter(_is_heeded, prim.GetAppliedSchemas())),
-            is_imageable=prim.IsA(UsdGeom.Imageable),
-            is_xformable=prim.IsA(UsdGeom.Xformable),
-            is_boundable=prim.IsA(UsdGeom.Boundable),
-            is_known=not name or not info.GetSchemaType().isUnknown,
-            is_light=is_light(prim),
-        )
-        return found
+        latest = self._latest.get(name)
+        if latest is not None and latest.info == info:
+            return latest
+        key = (name, *info.GetAppliedAPISchemas())
+        known = self._known.get(key)
+        if known is None or known.info != info:
+            known = self._known[key] = _prim_type(prim, info, name)
+        self._latest[name] = known
+        return known
+
+
+def _prim_type(prim: Usd.Prim, info: Usd.PrimTypeInfo, name: str) -> PrimType:
+    return PrimType(
+        info,
+        name,
+        tuple(filter(_is_heeded, prim.GetAppliedSchemas())),
+        is_imageable=prim.IsA(UsdGeom.Imageable),
+        is_xformable=prim.IsA(UsdGeom.Xformable),
+        is_boundable=prim.IsA(UsdGeom.Boundable),
+        is_known=not name or not info.GetSchemaType().isUnknown,
+        is_light=is_light(prim),
+    )
 
 
 def _is_heeded(schema: str) -> bool:

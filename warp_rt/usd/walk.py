@@ -17,7 +17,6 @@ from pxr import Tf, Usd, UsdGeom, UsdSkel
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.usd import geometry, implicit
-from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.context import (
     COMPLEXITY,
     SHOWN,
@@ -35,11 +34,12 @@ from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
 from warp_rt.usd.questions import get_path, has_authored_metadata, is_instance, is_loaded, is_model
-from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader, read_labels, report_ignored, report_meaningless
+from warp_rt.usd.schemas import FOREIGN, read_labels, report_ignored, report_meaningless
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
 from warp_rt.usd.stage import UNLOADED
 from warp_rt.usd.subsets import report_misplaced
+from warp_rt.usd.traits import RENDER_TYPES, SKINNING, Traits, TraitsReader
 from warp_rt.usd.transforms import TransformReader
 from warp_rt.usd.unused_selections import report_not_looked_for, report_unused_selections
 from warp_rt.usd.visibility import is_invisible
@@ -54,9 +54,7 @@ ASKED_FOR_SELECTIONS = 10_000  # prims; of more, asking each takes two hundredth
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _SKINNED = (*geometry.TYPES, *implicit.TYPES)
-_SKINNING = frozenset(("primvars:skel:jointIndices", "skel:blendShapes"))
 _IDENTITY = np.eye(4)
-_RENDER_TYPES = ("RenderSettings", "RenderPass")
 
 
 @dataclass(frozen=True)
@@ -107,8 +105,7 @@ class StageWalk:
         self._transforms = TransformReader(time, report)
         self._skins = SkinReader(time, report)
         self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
-        self._authored = AuthoredReader()
-        self._types = TypeReader()
+        self._traits = TraitsReader()
         self._nesting = 0
         self._visited = 0
         self._asks_all = True
@@ -171,21 +168,23 @@ class StageWalk:
         elif self._asks_all:
             self._asks_all = False
             report_not_looked_for(prim, ASKED_FOR_SELECTIONS, self._report)
-        prim_type = self._types.read(prim)
-        kind = prim_type.name
         has_clips = above.has_clips or has_authored_metadata(prim, "clips")
-        authored = self._authored.read(prim, has_clips)
-        if above.lod_items is not None:
-            above = above._replace(lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
-        elif "visibility" in authored.names and prim_type.is_imageable and is_invisible(prim, self._time, self._report):
-            if self._nesting == 1:
-                self._add_unseen_cameras(prim, above, builder)
-            return None
-        matrix, here = place, above
-        if not prim_type.is_xformable and not FOREIGN.isdisjoint(authored.names):
-            report_meaningless(prim, prim_type, authored.names, self._time, self._report)
-        if prim_type.is_xformable and (authored.operations or "xformOpOrder" in authored.names):
-            local = self._transforms.read(prim, authored)
+        traits = self._traits.read(prim, has_clips)
+        is_ordinary = (
+            traits.is_ordinary
+            and not (may_be_unusual or above.is_skinned)
+            and above.lod_items is None
+            and has_clips == above.has_clips
+        )
+        here = above
+        if not is_ordinary:
+            if above.lod_items is not None:
+                here = above._replace(lod_items=None)  # a level of detail is drawn by choice, whatever its visibility
+            elif self._is_hidden(prim, traits, above, builder):
+                return None
+        matrix = place
+        if traits.is_moved:
+            local = self._transforms.read(prim, traits.authored)
             if local is None:
                 return None
             matrix, resets = local
@@ -194,20 +193,87 @@ class StageWalk:
                 matrix = np.linalg.inv(above.world_from_group) @ matrix
             elif place is not _IDENTITY:
                 matrix = place.dot(matrix)
-        if prim_type.is_imageable and "purpose" in authored.names:
+        skin = None
+        if not is_ordinary:
+            heeded = self._heed(prim, traits, here, has_clips, matrix, may_be_unusual, builder)
+            if heeded is None:
+                return None
+            here, skin = heeded
+        is_an_instance = may_be_unusual and is_instance(prim)
+        children = here.children(prim)
+        passed_on = here
+        if traits.hands_down:
+            has_heirs = is_an_instance or traits.type.name == "PointInstancer" or bool(children)
+            passed_on = hand_down(prim, here, traits.authored, has_heirs, self._time, self._report)
+            if has_heirs and "primvars:normals" in traits.authored.names:
+                report_inherited_normals(prim, self._report)
+        if traits.type.name == "PointInstancer":
+            if self._is_shown(here):
+                self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
+            return None  # prototypes are often its children, and are not drawn by themselves
+        if traits.type.is_boundable and self._is_shown(here):
+            if traits.is_geometry:
+                row = self._gprims.add(prim, traits.type.name, passed_on, traits.authored, skin, bool(children))
+                builder.add_gprim(row, matrix if skin is None else _posed(matrix, skin), here.constants)
+            else:
+                self._draw_other(prim, traits, _posed(matrix, skin), here.constants, passed_on, builder)
+        if is_an_instance:
+            self._prototypes.add_native_instance(prim, passed_on, matrix, builder, self._walk_group)
+            return None
+        return passed_on, matrix, children
+
+    def _is_hidden(self, prim: Usd.Prim, traits: Traits, above: Context, builder: GroupBuilder) -> bool:
+        """Return whether a prim says that it is not seen, with all below it; its cameras are added all the same."""
+        if "visibility" not in traits.authored.names or not traits.type.is_imageable:
+            return False
+        if not is_invisible(prim, self._time, self._report):
+            return False
+        if self._nesting == 1:
+            self._add_unseen_cameras(prim, above, builder)
+        return True
+
+    def _heed(
+        self,
+        prim: Usd.Prim,
+        traits: Traits,
+        here: Context,
+        has_clips: bool,
+        matrix: np.ndarray,
+        may_be_unusual: bool,
+        builder: GroupBuilder,
+    ) -> tuple[Context, Skin | None] | None:
+        """Heed what few prims have.
+
+        Args:
+            prim: The prim.
+            traits: Its own.
+            here: What it has from those above it.
+            has_clips: Whether value clips hold values of it.
+            matrix: Group from prim, float64, shape [4, 4].
+            may_be_unusual: Whether it may be an instance or a model.
+            builder: The group, to which lights, cameras and stand-ins of models are added.
+
+        Returns:
+            What its children have from it, bindings and primvars aside, and what deforms it; None: nothing else of it,
+            or below it, is drawn.
+        """
+        above, names, prim_type, kind = here, traits.authored.names, traits.type, traits.type.name
+        if not prim_type.is_xformable and not FOREIGN.isdisjoint(names):
+            report_meaningless(prim, prim_type, names, self._time, self._report)
+        if prim_type.is_imageable and "purpose" in names:
             here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
         if has_clips != above.has_clips:
             here = here._replace(has_clips=has_clips)
         if kind == "SkelRoot" and not above.is_skinned:
             here = here._replace(is_skinned=True)
             self._skins.enter(prim, here.predicate)
-        if COMPLEXITY in authored.names:
+        if COMPLEXITY in names:
             here = here._replace(level=own_level(prim, here.level, self._time, self._report))
         if prim_type.schemas:
             self._read_schemas(prim, prim_type.schemas)
             here = apply_schemas(prim, here, prim_type.schemas, self._time, self._report)
         if may_be_unusual and self._stand_ins is not None and is_model(prim):
-            if not DRAWN_HOW.isdisjoint(authored.names):
+            if not DRAWN_HOW.isdisjoint(names):
                 here = here._replace(
                     draw_mode=draw_mode(prim, above.draw_mode, self._report),
                     card_visibility=card_visibility(prim, above.card_visibility),
@@ -216,53 +282,25 @@ class StageWalk:
                 if self._is_shown(here):
                     self._add_stand_in(prim, here, matrix, builder)
                 return None
-        is_drawn = prim_type.is_boundable and self._is_shown(here)
         skin = None
-        if is_drawn and kind in _SKINNED:
+        if kind in _SKINNED and prim_type.is_boundable and self._is_shown(here):
             if here.is_skinned:
                 skin = self._read_skin(prim)
-            elif not _SKINNING.isdisjoint(authored.names):
+            elif not SKINNING.isdisjoint(names):
                 self._report.warn(REST_POSE, prim.GetPath(), "no SkelRoot poses it: drawn in its rest pose")
         if prim_type.is_light:
             builder.add_light(PlacedPrim(prim, _posed(matrix, skin), here.name(prim)))
         elif kind == "Camera":
             builder.add_camera(PlacedPrim(prim, matrix, here.name(prim)))
-        elif kind in _RENDER_TYPES:
+        elif kind in RENDER_TYPES:
             self.render_prims.append(str(get_path(prim)))
         elif kind == "GeomSubset":
-            report_misplaced(prim, authored.bindings, self._report)
+            report_misplaced(prim, traits.authored.bindings, self._report)
         elif not prim_type.is_known:
             self._report.warn(
                 UNKNOWN_TYPE, get_path(prim), f"USD has no prims of the type {kind}: it draws nothing itself"
             )
-        is_an_instance = may_be_unusual and is_instance(prim)
-        children = here.children(prim)
-        has_heirs = is_an_instance or kind == "PointInstancer" or bool(children)
-        passed_on = here
-        if authored.bindings or authored.primvars:
-            passed_on = hand_down(prim, here, authored, has_heirs, self._time, self._report)
-        if has_heirs and "primvars:normals" in authored.names:
-            report_inherited_normals(prim, self._report)
-        if kind == "PointInstancer":
-            if self._is_shown(here):
-                self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
-            return None  # prototypes are often its children, and are not drawn by themselves
-        if is_drawn:
-            self._draw(
-                prim,
-                prim_type,
-                authored,
-                _posed(matrix, skin),
-                skin,
-                here.constants,
-                passed_on,
-                bool(children),
-                builder,
-            )
-        if is_an_instance:
-            self._prototypes.add_native_instance(prim, passed_on, matrix, builder, self._walk_group)
-            return None
-        return passed_on, matrix, children
+        return here, skin
 
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
         """Add the cameras of an invisible prim, which one may look through all the same."""
@@ -270,31 +308,26 @@ class StageWalk:
             if camera.GetTypeName() == "Camera":
                 builder.add_camera(PlacedPrim(camera, self._transforms.world_from_local(camera), above.name(camera)))
 
-    def _draw(
+    def _draw_other(
         self,
         prim: Usd.Prim,
-        prim_type: PrimType,
-        authored: Authored,
+        traits: Traits,
         matrix: np.ndarray,
-        skin: Skin | None,
         inherited: Values,
         passed_on: Context,
-        has_children: bool,
         builder: GroupBuilder,
     ) -> None:
-        """Add a prim's geometry to the group, if it has any."""
-        kind = prim_type.name
-        if kind in geometry.TYPES:
-            builder.add_gprim(self._gprims.add(prim, kind, passed_on, authored, skin, has_children), matrix, inherited)
-        elif kind in implicit.TYPES:
+        """Add a prim to the group that is none of ``geometry.TYPES``, if it has any geometry."""
+        kind = traits.type.name
+        if kind in implicit.TYPES:
             shape = implicit.read_shape(prim, self._time, self._report)
             if shape is not None:
                 row = self._gprims.add_shape(prim, passed_on, shape)
                 values = inherited
-                if authored.primvars:
+                if traits.authored.primvars:
                     values = {**values, **read_constants(prim, self._time, self._report)}
                 builder.add_gprim(row, matrix @ shape.local_from_unit, values)
-        elif kind not in _NOT_GEOMETRY and not prim_type.is_light:
+        elif kind not in _NOT_GEOMETRY and not traits.type.is_light:
             self._report.warn(UNSUPPORTED, get_path(prim), f"{kind} is not supported yet: left out")
 
     def _add_stand_in(self, prim: Usd.Prim, here: Context, matrix: np.ndarray, builder: GroupBuilder) -> None:

@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What the walk does with a prim, by its type and by what it authors: found out once for all that are alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pxr import Usd
+
+from warp_rt.usd import geometry
+from warp_rt.usd.authored import Authored, AuthoredReader
+from warp_rt.usd.context import COMPLEXITY
+from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader
+
+RENDER_TYPES = ("RenderSettings", "RenderPass")
+SKINNING = frozenset(("primvars:skel:jointIndices", "skel:blendShapes"))
+
+_HEEDED_TYPES = frozenset(("SkelRoot", "Camera", "GeomSubset", "PointInstancer", *RENDER_TYPES))
+_HEEDED_NAMES = SKINNING | {"visibility", "purpose", COMPLEXITY, "primvars:normals"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Traits:
+    """What prims of one type that author the same have in common."""
+
+    type: PrimType
+    authored: Authored
+    is_moved: bool
+    """Whether it may have a transform."""
+    hands_down: bool
+    """Whether prims below it may have a binding or a primvar from it."""
+    is_geometry: bool
+    """Whether it is of one of ``geometry.TYPES``."""
+    is_ordinary: bool
+    """Whether it has nothing that the walk heeds but a transform, geometry, bindings, primvars and children."""
+
+
+class TraitsReader:
+    """Tells the traits of prims; those that are alike share one record."""
+
+    def __init__(self) -> None:
+        self._types = TypeReader()
+        self._authored = AuthoredReader()
+        self._known: dict[tuple[PrimType, Authored], Traits] = {}
+
+    def read(self, prim: Usd.Prim, has_clips: bool) -> Traits:
+        """Return the traits of a prim.
+
+        Args:
+            prim: The prim.
+            has_clips: See ``AuthoredReader.read``.
+        """
+        key = self._types.read(prim), self._authored.read(prim, has_clips)
+        traits = self._known.get(key)
+        if traits is None:
+            traits = self._known[key] = _traits(*key)
+        return traits
+
+
+def _traits(prim_type: PrimType, authored: Authored) -> Traits:
+    names, kind = authored.names, prim_type.name
+    return Traits(
+        prim_type,
+        authored,
+        is_moved=prim_type.is_xformable and bool(authored.operations or "xformOpOrder" in names),
+        hands_down=bool(authored.bindings or authored.primvars),
+        is_geometry=kind in geometry.TYPES,
+        is_ordinary=prim_type.is_known
+        and not (prim_type.schemas or prim_type.is_light or kind in _HEEDED_TYPES)
+        and names.isdisjoint(_HEEDED_NAMES)
+        and (prim_type.is_xformable or names.isdisjoint(FOREIGN)),
+    )
