@@ -114,3 +114,29 @@ def test_shapes_have_places_and_sizes(center: float, radius: float) -> None:
 def test_a_mesh_without_extent_has_a_cost() -> None:
     scene = Scene.from_arrays(np.zeros((3, 3)), [(0, 1, 2)])
     assert warp_rt.build_accel(scene).statistics.sah_cost == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"points": "abc"},
+        {"points": None},
+        {"points": [[0, 0, 0], [1, 0]]},
+        {"faces": [[0.5, 1, 2]]},
+        {"faces": [[0, 1, 1 << 40]]},
+        {"normals": [["a"] * 3] * 3},
+        {"world_from_local": "xyz"},
+        {"material": "/material"},
+        {"lights": 3},
+        {"cameras": ["/camera"]},
+    ],
+)
+def test_arrays_of_another_type_are_refused_with_a_line_that_names_them(arguments: dict) -> None:
+    ((name, _),) = arguments.items()
+    with pytest.raises(SceneError, match=f"^{name}: .* expected"):
+        Scene.from_arrays(**({"points": np.eye(3), "faces": [[0, 1, 2]]} | arguments))
+
+
+def test_whole_numbers_may_be_floats() -> None:
+    scene = Scene.from_arrays(np.eye(3), [[0.0, 1.0, 2.0]])
+    assert scene.meshes[0].triangles.dtype == np.int32

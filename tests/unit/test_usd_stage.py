@@ -6,6 +6,7 @@ import math
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 
@@ -254,9 +255,14 @@ def test_time_is_the_one_given_or_the_stages_first(metadata: str, options: dict,
     assert load_stage(in_memory(metadata), **options).time == expected
 
 
+@pytest.mark.parametrize("time", [np.float32(2.5), np.int64(2), 2])
+def test_times_may_be_numbers_of_any_type(time: object) -> None:
+    assert load_stage(in_memory("startTimeCode = 5"), time=time).time == float(time)
+
+
 def test_times_that_mean_nothing_are_refused() -> None:
     stage = in_memory()
-    for time, default_time in ((math.nan, False), (math.inf, False), (1.0, True)):
+    for time, default_time in ((math.nan, False), (math.inf, False), (1.0, True), ("1", False), ([1], False)):
         with pytest.raises(OptionError):
             stage_time(stage, time, default_time, Report())
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -139,20 +139,22 @@ class Scene:
             settings: Scene-wide terms such as ambient light and background.
 
         Raises:
-            SceneError: A shape is wrong, an index is out of range, or a number is not finite.
+            SceneError: A shape or type is wrong, an index is out of range, or a number is not finite.
         """
-        vertices = np.ascontiguousarray(points, np.float32)
-        triangles = np.ascontiguousarray(faces, np.int32)
+        vertices = _numbers("points", points, np.float32)
+        triangles = _numbers("faces", faces, np.int32)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
             raise SceneError(f"points: shape [n, 3] of finite numbers expected, got shape {list(vertices.shape)}")
         if triangles.ndim != 2 or triangles.shape[1] != 3:
             raise SceneError(f"faces: shape [m, 3] expected, got {list(triangles.shape)}")
         if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
             raise SceneError(f"faces: an index is outside 0..{len(vertices) - 1}")
-        matrix = np.eye(4) if world_from_local is None else np.asarray(world_from_local, float)
+        matrix = np.eye(4) if world_from_local is None else _numbers("world_from_local", world_from_local, np.float64)
         if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) == 0:
             raise SceneError("world_from_local: an invertible 4 x 4 matrix expected")
         mesh = Mesh(vertices, triangles, _normals_primvar(normals, vertices, triangles), is_closed=is_closed(triangles))
+        if not isinstance(material, Material | None):
+            raise SceneError(f"material: a Material expected, got {type(material).__name__}")
         row = np.zeros(1, np.int32)
         return Scene(
             meshes=(mesh,) if len(triangles) else (),
@@ -161,16 +163,47 @@ class Scene:
             else Instances(row[:0], matrix[None][:0], row[:0], row, row[:0], row[:0]),
             prims=("/mesh",),
             materials=(material or Material("/material", MaterialModel.WHITTED),),
-            lights=tuple(lights),
-            cameras=tuple(cameras),
+            lights=_all_of("lights", lights, Light),
+            cameras=_all_of("cameras", cameras, Camera),
             settings=settings or Settings(),
         )
+
+
+def _numbers(name: str, values: Any, dtype: Any) -> np.ndarray:
+    """Return numbers as a contiguous array of a type.
+
+    Raises:
+        SceneError: They are none, or no whole ones, within its range, where it has no others.
+    """
+    try:
+        given = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        given = np.array("rows")
+    if given.dtype.kind not in "fiu":
+        raise SceneError(f"{name}: numbers in rows of one length expected, got {type(values).__name__}")
+    with np.errstate(invalid="ignore", over="ignore"):
+        array = np.ascontiguousarray(given, dtype)
+    if array.dtype.kind == "i" and array is not given and not np.array_equal(array, given):
+        raise SceneError(f"{name}: whole numbers of 32 bits expected")
+    return array
+
+
+def _all_of(name: str, values: Any, kind: type) -> tuple[Any, ...]:
+    """Return values of a kind.
+
+    Raises:
+        SceneError: They are no sequence of such.
+    """
+    found = tuple(values) if isinstance(values, Iterable) else (None,)
+    if not all(isinstance(value, kind) for value in found):
+        raise SceneError(f"{name}: a sequence of {kind.__name__} expected")
+    return found
 
 
 def _normals_primvar(normals: Any, vertices: np.ndarray, triangles: np.ndarray) -> Primvar | None:
     if normals is None:
         return None
-    values = np.ascontiguousarray(normals, np.float32)
+    values = _numbers("normals", normals, np.float32)
     if not np.isfinite(values).all():
         raise SceneError("normals: every number must be finite")
     if values.shape == vertices.shape:

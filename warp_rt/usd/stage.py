@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from numbers import Real
 from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdGeom
@@ -159,7 +160,7 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
     """Return the time code to read at: the one given, else the stage's first, as usdrecord chooses, else 0.
 
     Raises:
-        OptionError: ``time`` is not finite, or comes with ``default_time``.
+        OptionError: ``time`` is no finite number, or comes with ``default_time``.
     """
     if not has_rate(stage):
         message = f"timeCodesPerSecond {stage.GetTimeCodesPerSecond():g} is no rate: velocities move nothing"
@@ -169,9 +170,9 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
             raise OptionError("time: not together with the default time")
         return Usd.TimeCode.Default()
     if time is not None:
-        if not math.isfinite(time):
-            raise OptionError(f"time: {time} is not finite")
-        return Usd.TimeCode(time)
+        if not isinstance(time, Real) or isinstance(time, bool) or not math.isfinite(time):
+            raise OptionError(f"time: a finite number expected, got {time!r}")
+        return Usd.TimeCode(float(time))
     start = stage.GetStartTimeCode()
     if not math.isfinite(start):
         report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), f"startTimeCode {start} is not finite: 0 is taken")
