@@ -66,8 +66,11 @@ def test_clipping_range_counts_where_authored():
     assert _read("float2 clippingRange = (-3, 20)")[0].clipping_range == (0, 20)
     orthographic = 'token projection = "orthographic"\nfloat2 clippingRange = (-3, 20)'
     assert _read(orthographic)[0].clipping_range == (-3, 20)
-    camera, codes, _ = _read("float2 clippingRange = (5, 5)")
-    assert (camera.clipping_range, codes) == ((0, math.inf), ["W424"])
+    camera, codes, _ = _read("float2 clippingRange = (5, inf)")
+    assert (camera.clipping_range, codes) == ((5, math.inf), [])
+    for senseless in ("(5, 5)", "(nan, 5)", "(-inf, 5)"):
+        camera, codes, _ = _read(f"float2 clippingRange = {senseless}")
+        assert (camera.clipping_range, codes) == ((0, math.inf), ["W424"])
 
 
 def test_exposure_scale():
@@ -78,6 +81,19 @@ def test_exposure_scale():
     )
     assert _read(body)[0].exposure_scale == pytest.approx(0.5 * 2 * 3 * 8 / 4)
     assert _read()[0].exposure_scale == 1
+
+
+@pytest.mark.parametrize(("body", "why"), [("exposure:fStop = 0", "not finite"), ("exposure:time = -1", "below 0")])
+def test_exposures_that_make_no_sense_are_named(body, why):
+    stage, report = Usd.Stage.CreateInMemory(), Report()
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Camera "C" {{\nfloat {body}\n}}')
+    assert read_camera(stage.GetPrimAtPath("/C"), np.eye(4), TIME, report).exposure_scale == 1
+    assert [(record.code, why in record.message) for record in report] == [("W424", True)]
+
+
+def test_an_f_number_below_0_is_named():
+    camera, codes, _ = _read("float fStop = -2\nfloat focusDistance = 5")
+    assert (camera.lens_radius, codes) == (0, ["W424"])
 
 
 @pytest.mark.parametrize("name", ["focalLength", "horizontalAperture", "verticalAperture"])
@@ -132,7 +148,6 @@ def test_a_lens_that_nothing_is_in_focus_of_stays_a_pinhole():
         "float fStop = 2.8": ["W421"],
         "float fStop = 2.8\nfloat focusDistance = -1": ["W421"],
         "float focusDistance = 5": [],
-        "float fStop = -1\nfloat focusDistance = 5": [],
     }.items():
         camera, codes, _ = _read(body)
         assert (camera.lens_radius, camera.focus_distance, codes) == (0, 0, expected)

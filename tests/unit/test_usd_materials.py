@@ -9,6 +9,7 @@ from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, MaterialModel, OpacityMode
+from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.materials import DISPLAY_COLOR_MATERIAL, MaterialReader
 from warp_rt.usd.shading_network import Node, find_source
 
@@ -38,11 +39,11 @@ def Material "M" {{
 """
 
 
-def _read(body, path="/Mesh", purpose="full"):
+def _read(body, path="/Mesh", purposes=BINDING_PURPOSES):
     """Return the material bound to a prim, the reader, and the diagnostics' codes."""
     stage = _stage(body)
     report = Report()
-    reader = MaterialReader(stage, TIME, report, purpose)
+    reader = MaterialReader(stage, TIME, report, purposes)
     row = reader.bind(stage.GetPrimAtPath(path))
     return reader.materials[row], reader, [d.code for d in report]
 
@@ -251,7 +252,7 @@ def Xform "Parent" (apiSchemas = ["MaterialBindingAPI", "CollectionAPI:picked"])
     ],
 )
 def test_binding(strength, prim, purpose, material):
-    assert _read(BINDINGS % strength, prim, purpose=purpose)[0].path == material
+    assert _read(BINDINGS % strength, prim, purposes=(purpose, ""))[0].path == material
 
 
 def test_a_material_for_previews_alone_is_drawn():

@@ -109,6 +109,7 @@ def test_metadata_that_lead_nowhere_are_named():
         "token[] includedPurposes = []",
         'token[] includedPurposes = ["final"]',
         'token materialBindingPurposes = "full"',
+        "uniform token[] materialBindingPurposes = []",
         "uniform float4 dataWindowNDC = (0.5, 0, 0.5, 1)",
     ],
 )
@@ -120,8 +121,6 @@ def test_values_without_meaning_are_named_and_left_out(body):
     "body",
     [
         'uniform token renderingColorSpace = "srgb_texture"',
-        'uniform token[] materialBindingPurposes = ["preview", "full", ""]',
-        'uniform token[] materialBindingPurposes = ["mine", ""]',
         "int warp_rt:dept = 3",
     ],
 )
@@ -192,7 +191,16 @@ def test_layers_of_render_vars():
 
 
 @pytest.mark.parametrize(
-    ("purposes", "color"), [('["full", ""]', 0.1), ('["preview", ""]', 0.2), ('[""]', 0.3), (None, 0.1)]
+    ("purposes", "color"),
+    [
+        ('["full", ""]', 0.1),
+        ('["preview", ""]', 0.2),
+        ('[""]', 0.3),
+        (None, 0.1),
+        ('["mine", "preview", "full", ""]', 0.2),
+        ('["mine", "", "full"]', 0.3),
+        ('["full"]', 0.1),
+    ],
 )
 def test_materials_are_bound_for_the_purpose(purposes, color):
     asked = f"uniform token[] materialBindingPurposes = {purposes}" if purposes else ""
@@ -211,6 +219,46 @@ def test_materials_are_bound_for_the_purpose(purposes, color):
     scene = load_stage(stage)
     (material,) = scene.materials
     assert material.inputs["roughness"].value[0] == pytest.approx(color)
+    assert scene.diagnostics == ()
+
+
+@pytest.mark.parametrize(
+    ("purposes", "bound"),
+    [
+        ('["full", "preview"]', {"/w/s": "/C", "/w/t": "/__displayColor", "/w/u": "/P"}),
+        ('["preview", ""]', {"/w/s": "/A", "/w/t": "/A", "/w/u": "/P"}),
+        ('["", "full"]', {"/w/s": "/A", "/w/t": "/A", "/w/u": "/A"}),
+    ],
+)
+def test_purposes_that_nothing_is_bound_for_are_passed_over(purposes, bound):
+    """All are bound to A for all purposes, one in a collection for ``full``, one directly for ``preview``."""
+    materials = "".join(
+        f'def Material "{name}" {{\ntoken outputs:surface.connect = </{name}/S.outputs:surface>\ndef Shader "S" {{\n'
+        'uniform token info:id = "UsdPreviewSurface"\ntoken outputs:surface\n}\n}\n'
+        for name in "ACP"
+    )
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        (renderSettingsPrimPath = "/S"
+        )
+        def RenderSettings "S" {{ uniform token[] materialBindingPurposes = {purposes}
+        }}
+        {materials}
+        def Xform "w" (prepend apiSchemas = ["MaterialBindingAPI", "CollectionAPI:c"]) {{
+            rel collection:c:includes = </w/s>
+            rel material:binding = </A>
+            rel material:binding:collection:full:c = [</w.collection:c>, </C>]
+            def Sphere "s" {{}}
+            def Sphere "t" {{}}
+            def Sphere "u" (prepend apiSchemas = ["MaterialBindingAPI"]) {{ rel material:binding:preview = </P>
+            }}
+        }}
+        """
+    )
+    scene = load_stage(stage)
+    rows = zip(scene.instances.prim, scene.instances.material_table[scene.instances.material_offset], strict=True)
+    assert {scene.prims[prim]: scene.materials[row].path for prim, row in rows} == bound
     assert scene.diagnostics == ()
 
 

@@ -644,6 +644,32 @@ def test_one_may_look_through_a_camera_that_is_not_seen() -> None:
     np.testing.assert_array_equal(scene.cameras[0].world_from_camera[:3, 3], (1, 2, 7))
 
 
+def test_one_may_look_through_cameras_of_instances_that_are_not_seen() -> None:
+    """Neither the one below what is invisible in all instances, nor that of an invisible instance, is lost."""
+    place = 'double3 xformOp:translate = (%s)\nuniform token[] xformOpOrder = ["xformOp:translate"]\n'
+    copies = "".join(
+        f'def Xform "{name}" (inherits = </asset>\ninstanceable = true) {{\n{place % at}{more}\n}}\n'
+        for name, at, more in (("a", "0, 0, 7", ""), ("b", "0, 0, 9", 'token visibility = "invisible"'))
+    )
+    scene = load(
+        f"""
+        class Xform "asset" {{
+            def Sphere "ball" {{}}
+            def Xform "rig" {{ token visibility = "invisible"
+                {place % "0, 1, 0"}
+                def Camera "c" {{}}
+            }}
+        }}
+        {copies}
+        """
+    )
+    assert len(scene.instances) == 1
+    assert {camera.path: camera.world_from_camera[:3, 3].tolist() for camera in scene.cameras} == {
+        "/a/rig/c": [0, 1, 7],
+        "/b/rig/c": [0, 1, 9],
+    }
+
+
 # --- what USD says that no picture shows
 
 

@@ -12,6 +12,10 @@ from pxr import Sdf, Tf, Usd, UsdShade
 from warp_rt.usd.authored import AuthoredReader
 from warp_rt.usd.questions import get_forwarded_targets, get_path, get_relationship, has_api
 
+BINDING_PURPOSES = ("full", "", "preview")
+"""Material purposes of the bindings that count where no render settings name others. What is bound for previews alone
+is what usdrecord draws, and nearer to what is meant than no material."""
+
 _COLLECTION = "material:binding:collection:"
 
 
@@ -71,6 +75,36 @@ def read_bindings(prim: Usd.Prim) -> Bindings:
     for prim in reversed(chain):
         said = extend_bindings(said, prim, authored.read(prim, has_clips=False).bindings)
     return said
+
+
+def bound_material(prim: Usd.Prim, purposes: Sequence[str]) -> tuple[UsdShade.Material, Usd.Relationship | None]:
+    """Return the material that is bound to a prim, and the relationship that says so; None: nothing is.
+
+    Args:
+        prim: Whose binding counts, inherited and collection-based bindings included.
+        purposes: Material purposes, the first of which there is a binding for; empty: bindings without a purpose.
+    """
+    general: tuple[UsdShade.Material, Usd.Relationship | None] | None = None  # what is bound without a purpose
+    for purpose in purposes:
+        found = general
+        if purpose or found is None:
+            # USD takes what is bound without a purpose where nothing is for this one.
+            found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+        if not found[1]:
+            general = UsdShade.Material(), None
+        elif _purpose_of(found[1]) == purpose:
+            return found
+        else:
+            general = found
+    return UsdShade.Material(), None
+
+
+def _purpose_of(relationship: Usd.Relationship) -> str:
+    """Return the material purpose that a binding is for."""
+    name = relationship.GetName()
+    if name.startswith(_COLLECTION):
+        return str(name.removeprefix(_COLLECTION).rpartition(":")[0])
+    return str(name.removeprefix("material:binding").removeprefix(":"))
 
 
 def is_shared(bindings: Bindings) -> bool:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Usd
+from pxr import Gf, Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Settings
@@ -142,11 +142,12 @@ def _clipping_range(
     """Return the authored range. The schema's (1, 1e6) would hide what is nearer than a metre in metre scenes."""
     if not prim.GetAttribute("clippingRange").HasAuthoredValue():
         return 0.0, math.inf
-    value = numbers(attributes.value("clippingRange"))
-    if value is None or len(value) != 2 or not value[0] < value[1]:
+    value = attributes.value("clippingRange")
+    near, far = map(float, value) if isinstance(value, Gf.Vec2f | Gf.Vec2d) else (math.nan, math.nan)
+    if not (math.isfinite(near) and near < far):  # nothing is too far for a far end that is infinite
         report.warn(INVALID_CAMERA, prim.GetPath(), "clippingRange is not near < far; nothing is clipped")
         return 0.0, math.inf
-    return max(value[0], 0.0) if is_perspective else value[0], value[1]
+    return max(near, 0.0) if is_perspective else near, far
 
 
 def _clipping_planes(
@@ -166,6 +167,8 @@ def _lens(
 ) -> tuple[float, float]:
     """Return the radius of the lens and the distance of the plane in focus [scene unit]; zeros: all is sharp."""
     if f_number <= 0:
+        if f_number < 0:
+            report.warn(INVALID_CAMERA, prim.GetPath(), f"fStop is {f_number:g}, below 0; drawn sharp")
         return 0.0, 0.0
     focus_distance = attributes.number("focusDistance", 0.0)
     if focus_distance <= 0:
@@ -184,7 +187,8 @@ def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report)
         scale = float(scale / np.float64(f_number) ** 2)
     if math.isfinite(scale) and scale >= 0:
         return scale
-    report.warn(INVALID_CAMERA, prim.GetPath(), "the exposure is not finite; ignored")
+    what = "below 0" if scale < 0 else "not finite"
+    report.warn(INVALID_CAMERA, prim.GetPath(), f"the exposure, by which colours are multiplied, is {what}; ignored")
     return 1.0
 
 

@@ -126,7 +126,7 @@ def load_stage(
         chosen = {"default", *purposes} if purposes is not None else terms.purposes or DEFAULT_PURPOSES
         # Hydra's sense of motion: what moves blurs, but lights and materials are as they are at the frame.
         base = code if base_time is None else Usd.TimeCode(base_time)
-        materials = MaterialReader(stage, base, report, terms.binding_purpose, images)
+        materials = MaterialReader(stage, base, report, terms.binding_purposes, images)
         reader = GprimReader(code, materials, report, level, base, levels)
         stand_ins = StandInReader(stage, code, materials, report) if draw_modes else None
         walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report, base_time=base)

@@ -11,7 +11,7 @@ Reference: UsdPreviewSurface Specification; UsdShadeMaterialBindingAPI.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
@@ -19,7 +19,7 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.scene.displacement import Displacement
-from warp_rt.usd.bindings import Bindings, is_shared, read_bindings
+from warp_rt.usd.bindings import BINDING_PURPOSES, Bindings, bound_material, is_shared, read_bindings
 from warp_rt.usd.foreign_shaders import is_preview_surface
 from warp_rt.usd.image_cache import ImageCache, KeptImages
 from warp_rt.usd.input_rows import Unknown
@@ -52,7 +52,7 @@ class MaterialReader:
         stage: Of the materials.
         time: When they are read.
         report: Takes the diagnostics.
-        purpose: ``full`` or ``preview``, which fall back to bindings without a purpose, or empty for those alone.
+        purposes: Material purposes of the bindings that count, the first one that there is: see ``bound_material``.
         images: What scenes before have read.
     """
 
@@ -61,7 +61,7 @@ class MaterialReader:
         stage: Usd.Stage,
         time: Usd.TimeCode,
         report: Report,
-        purpose: str = "full",
+        purposes: Sequence[str] = BINDING_PURPOSES,
         images: KeptImages | None = None,
     ) -> None:
         self.materials: list[Material] = []
@@ -76,7 +76,7 @@ class MaterialReader:
         self._stage = stage
         self._time = time
         self._report = report
-        self._purpose = purpose
+        self._purposes = purposes
 
     @property
     def textures(self) -> list[Texture]:
@@ -123,10 +123,7 @@ class MaterialReader:
         if row is not None:
             return row
         self._warn_malformed(prim, said)
-        material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(self._purpose)
-        if not relationship and self._purpose == UsdShade.Tokens.full:
-            # Bound for previews alone: what usdrecord draws, and nearer to what is meant than no material.
-            material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.preview)
+        material, relationship = bound_material(prim, self._purposes)
         if not material:
             if relationship:
                 self._warn_dangling(relationship)

@@ -19,6 +19,7 @@ from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE, PURPOSES
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import numbers, shown
+from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.color_spaces import color_space
 from warp_rt.usd.render_vars import read_render_var
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
@@ -39,7 +40,6 @@ _POLICIES = (
     "adjustPixelAspectRatio",
 )
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
-_BINDING_PURPOSES = ("full", "preview", "")
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class RenderTerms:
     """With what the first product overrides."""
     purposes: tuple[str, ...] | None = None
     """Those that are included; None: they are not named."""
-    binding_purpose: str = "full"
-    """Material purpose that bindings without a purpose stand in for."""
+    binding_purposes: tuple[str, ...] = BINDING_PURPOSES
+    """Material purposes of the bindings that count, the first one that there is; empty: of those without a purpose."""
     products: tuple[Product, ...] = ()
     """Raster products."""
     rendering_from_rec709: np.ndarray | None = None
@@ -93,7 +93,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
     return RenderTerms(
         products[0].settings if products else _settings_of(reader, prim),
         reader.purposes(),
-        reader.binding_purpose(),
+        reader.binding_purposes(),
         tuple(products),
         reader.rendering_from_rec709(),
     )
@@ -303,17 +303,12 @@ class _Reader:
             return None
         return None if space is None or space.has_rec709_primaries else matrix
 
-    def binding_purpose(self) -> str:
-        """Return the material purpose that counts before bindings without a purpose."""
+    def binding_purposes(self) -> tuple[str, ...]:
+        """Return the material purposes of the bindings that count."""
         purposes = self._tokens("materialBindingPurposes")
-        if purposes is None:
-            return "full"
-        first = purposes[0] if purposes else ""
-        if purposes != tuple(dict.fromkeys((first, ""))) or first not in _BINDING_PURPOSES:
-            instead = f"materials bound for {first!r}, else for all purposes, are used"
-            first = first if first in _BINDING_PURPOSES else "full"
-            self._ignored("materialBindingPurposes", instead)
-        return first
+        if purposes is not None and not purposes:
+            self._invalid("materialBindingPurposes", "names no purpose")
+        return tuple(dict.fromkeys(purposes)) if purposes else BINDING_PURPOSES
 
     def _tokens(self, name: str) -> tuple[str, ...] | None:
         """Return an array of tokens where authored."""

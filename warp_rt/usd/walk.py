@@ -228,7 +228,7 @@ class StageWalk:
             return False
         if not is_invisible(prim, self._time, self._report):
             return False
-        if self._nesting == 1:
+        if above.predicate is SHOWN:  # a PointInstancer's prototype is no place to look from
             self._add_unseen_cameras(prim, above, builder)
         return True
 
@@ -304,9 +304,10 @@ class StageWalk:
 
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
         """Add the cameras of an invisible prim, which one may look through all the same."""
-        for camera in Usd.PrimRange(prim):
+        for camera in Usd.PrimRange(prim, SHOWN):
             if camera.GetTypeName() == "Camera":
-                builder.add_camera(PlacedPrim(camera, self._transforms.world_from_local(camera), above.name(camera)))
+                matrix = np.linalg.inv(above.world_from_group) @ self._transforms.world_from_local(camera)
+                builder.add_camera(PlacedPrim(camera, matrix, above.name(camera)))
 
     def _draw_other(
         self,
