@@ -352,6 +352,10 @@ SHADOW_END = wp.constant(1.0 - 2.0**-13)
 """Part of the way to a sampled point of a light on which something can stand before it: a mesh that shows the lamp, in
 the light's own surface, does not."""
 
+SEEN_POINTS = wp.constant(192)
+"""Points of a mesh light that are looked for past the rest of it, each for as much of what it sends: what parts of it
+hide comes in steps of so much."""
+
 LIGHT_CLEARANCE = wp.constant(2.0**-11)
 """Height above a mesh light at which a shadow ray to it ends where it counts as a whole, by the length of the ray: a
 few times what rays start off a surface, which is 2^-19 of the coordinates."""

@@ -23,6 +23,10 @@ class VisiblePart:
     """Of the triangle or, in the mean, of the cluster; of either sign and any length."""
     arriving: wp.vec3
     """Of a light whose radiance varies: what the surface gets of it, by colour."""
+    free_sides: wp.int32
+    """As in ``LightTriangle`` and ``LightCluster``."""
+    is_cut: wp.int32
+    """1: a cluster of which nothing is known but by its parts."""
 
 
 @wp.func

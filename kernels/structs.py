@@ -233,6 +233,10 @@ class LightCluster:
     """Cosine of the largest angle between that and a triangle's normal; 2: it is empty."""
     middle: wp.int32
     """One of them, of the light's."""
+    free_sides: wp.int32
+    """Bits that all of them have in ``LightTriangle.free_sides``."""
+    body: wp.int32
+    """Convex body whose outside all of them are; -1: of none, or of several."""
 
 
 @wp.struct
@@ -245,6 +249,10 @@ class LightTriangle:
     side_y: wp.vec3
     share: wp.float32
     """Part of the light's area up to this triangle, itself included."""
+    free_sides: wp.int32
+    """Sides from which nothing that is drawn of the light can be before it: 1 the outside, 2 the inside, 3 both."""
+    body: wp.int32
+    """Convex body of which it is a part of the outside; -1: of none."""
 
 
 @wp.struct

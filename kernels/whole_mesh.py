@@ -9,10 +9,11 @@ Nature 324: what is small as seen from a point acts as if all of it were at its 
 import warp as wp
 
 from .codes import VARIED
-from .constants import CLUSTER_SIZE, LIGHT_CLEARANCE, MESH_LIGHT_EXACT
+from .constants import CLUSTER_SIZE, LIGHT_CLEARANCE, MESH_LIGHT_EXACT, SEEN_POINTS
 from .light import LightSample, patch_irradiance
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import CUT, DARK
+from .mesh_visibility import SeenPoints, is_free, look_past_rest
 from .sample_mesh import next_cluster
 from .shaped_mesh import Grain, grain_of, patch_view, shade_patch, shaped_triangle
 from .structs import LightCluster, LightData, LightMeshData, LightTriangle, SceneData
@@ -112,16 +113,142 @@ def triangle_part(mesh: LightMeshData, triangle: LightTriangle, n: wp.vec3, far:
     return part
 
 
-@wp.func(inline=False)
-def sum_mesh(
-    scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMeshData, position: wp.vec3, n: wp.vec3
-) -> LightSample:
-    """Return how a mesh light reaches a surface as a whole: what of it faces the surface, and nothing in between.
+@wp.func
+def whole_triangle(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    mesh: wp.ref[LightMeshData],
+    row: int,
+    position: wp.vec3,
+    n: wp.vec3,
+    grain: Grain,
+) -> VisiblePart:
+    """Return what a triangle of a mesh light sends to a surface, nothing in between.
 
-    Triangles are summed by Lambert's formula, clipped at the horizon. Of more than ``MESH_LIGHT_EXACT``, clusters that
-    face the surface as a whole, above its horizon, and whose radius is below ``CLUSTER_SIZE`` of their distance, count
-    as one patch. Where the light is shaped or has a profile, triangles are cut into pieces, and clusters count as one
-    patch only where its radiance is even over them. The shadow ray goes to what adds most.
+    Args:
+        scene: Lights' triangles and clusters, profiles.
+        light: The light.
+        mesh: Its triangles.
+        row: Of the triangle, of the light's.
+        position: Of the surface.
+        n: Its unit normal.
+        grain: How small pieces get, of a light whose radiance varies.
+    """
+    triangle = scene.light_triangles[mesh.offset + row]
+    triangle.origin = triangle.origin - position
+    part = VisiblePart()
+    if (light.varies & VARIED) == 0:
+        part = triangle_part(mesh, triangle, n, smallness(mesh))
+    else:
+        part = shaped_triangle(scene, light, mesh, triangle, n, grain)
+    part.normal = wp.cross(triangle.side_x, triangle.side_y)
+    part.free_sides = triangle.free_sides
+    return part
+
+
+@wp.func
+def whole_cluster(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    mesh: wp.ref[LightMeshData],
+    node: int,
+    position: wp.vec3,
+    n: wp.vec3,
+) -> VisiblePart:
+    """Return what a cluster that acts as one patch sends to a surface, nothing in between.
+
+    Args:
+        scene: Lights' triangles and clusters, profiles.
+        light: The light.
+        mesh: Its triangles.
+        node: Row of the cluster, of the light's.
+        position: Of the surface.
+        n: Its unit normal.
+    """
+    cluster = scene.light_clusters[mesh.clusters + node]
+    center = cluster.center - position
+    part = VisiblePart()
+    part.irradiance = cluster_irradiance(cluster, center)
+    part.normal = cluster.area
+    part.center = middle_of(scene.light_triangles[mesh.offset + cluster.middle]) - position
+    if (light.varies & VARIED) != 0:
+        shade_patch(scene, light, n, center, part)
+    part.free_sides = cluster.free_sides
+    return part
+
+
+@wp.func
+def smallness(mesh: wp.ref[LightMeshData]) -> float:
+    """Return the radius of a part of a mesh light, by its distance, up to which it may act as one patch."""
+    return CLUSTER_SIZE if mesh.count > MESH_LIGHT_EXACT else 0.0
+
+
+@wp.struct
+class MeshSum:
+    """What the parts of a mesh light send to a surface."""
+
+    flux: wp.vec3
+    """Vector irradiance from all of them, as in ``VisiblePart``; so too ``arriving``."""
+    arriving: wp.vec3
+    target: wp.vec3
+    """From the surface to where its shadow ray goes: what adds most, or what is seen nearest to ``middle``."""
+    normal: wp.vec3
+    """There, of either sign and any length."""
+    most: wp.float32
+    """What that adds."""
+    middle: wp.vec3
+    """Mean of their places, by what they send, from the surface."""
+    amount: wp.float32
+    """All that they send."""
+    hideable: wp.float32
+    """What of it other parts of the light may be before."""
+
+
+@wp.func
+def part_of_mesh(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    mesh: wp.ref[LightMeshData],
+    node: int,
+    position: wp.vec3,
+    n: wp.vec3,
+    grain: Grain,
+) -> VisiblePart:
+    """Return what a cluster or a triangle of a mesh light sends to a surface, nothing in between.
+
+    Args:
+        scene: Lights' triangles and clusters, profiles.
+        light: The light.
+        mesh: Its triangles.
+        node: Row of the cluster or the triangle, as in ``LightMeshData.clusters``.
+        position: Of the surface.
+        n: Its unit normal.
+        grain: How small pieces get, of a light whose radiance varies.
+    """
+    part = VisiblePart()
+    if node >= mesh.leaves:
+        if node - mesh.leaves < mesh.count:
+            part = whole_triangle(scene, light, mesh, node - mesh.leaves, position, n, grain)
+        return part
+    cluster = scene.light_clusters[mesh.clusters + node]
+    view = cluster_view(cluster, mesh.is_double_sided, position, n, smallness(mesh))
+    if view != OUT_OF_SIGHT and (light.varies & VARIED) != 0:
+        shape = patch_view(scene, light, cluster.center - position, cluster.radius * cluster.radius)
+        if shape == DARK:
+            view = int(OUT_OF_SIGHT)
+        elif shape == CUT:
+            view = int(CUT_UP)
+    if view == ONE_PATCH:
+        part = whole_cluster(scene, light, mesh, node, position, n)
+    part.is_cut = 1 if view == CUT_UP else 0
+    return part
+
+
+@wp.func(inline=False)
+def sum_parts(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: wp.ref[LightMeshData], position: wp.vec3, n: wp.vec3
+) -> MeshSum:
+    """Return what the parts of a mesh light send to a surface, nothing in between: its triangles, far ones in clusters.
 
     Args:
         scene: Lights' triangles and clusters, profiles.
@@ -130,75 +257,158 @@ def sum_mesh(
         position: Of the surface.
         n: Its unit normal.
     """
-    is_even = (light.varies & VARIED) == 0
-    far = CLUSTER_SIZE if mesh.count > MESH_LIGHT_EXACT else 0.0
+    sum = MeshSum()
     grain = Grain()
-    if not is_even:
+    if (light.varies & VARIED) != 0:
         grain = grain_of(scene, light, mesh, position)
-    flux = wp.vec3(0.0, 0.0, 0.0)
-    arriving = wp.vec3(0.0, 0.0, 0.0)
-    to_target = wp.vec3(0.0, 0.0, 0.0)
-    normal = wp.vec3(0.0, 0.0, 0.0)
-    most = float(0.0)
     node = int(1)
     while True:
-        view = int(ONE_PATCH)
-        part = VisiblePart()
-        if node >= mesh.leaves:
-            row = node - mesh.leaves
-            if row < mesh.count:
-                triangle = scene.light_triangles[mesh.offset + row]
-                triangle.origin = triangle.origin - position
-                if is_even:
-                    part = triangle_part(mesh, triangle, n, far)
-                else:
-                    part = shaped_triangle(scene, light, mesh, triangle, n, grain)
-                part.normal = wp.cross(triangle.side_x, triangle.side_y)
-        else:
-            cluster = scene.light_clusters[mesh.clusters + node]
-            view = cluster_view(cluster, mesh.is_double_sided, position, n, far)
-            center = cluster.center - position
-            if view != OUT_OF_SIGHT and not is_even:
-                shape = patch_view(scene, light, center, cluster.radius * cluster.radius)
-                if shape == DARK:
-                    view = int(OUT_OF_SIGHT)
-                elif shape == CUT:
-                    view = int(CUT_UP)
-            if view == ONE_PATCH:
-                part.irradiance = cluster_irradiance(cluster, center)
-                part.normal = cluster.area
-                part.center = middle_of(scene.light_triangles[mesh.offset + cluster.middle]) - position
-                if not is_even:
-                    shade_patch(scene, light, n, center, part)
-        flux += part.irradiance
-        arriving += part.arriving
+        part = part_of_mesh(scene, light, mesh, node, position, n, grain)
         amount = wp.length(part.irradiance)
-        if amount > most:
-            most = amount
-            to_target = part.center
-            normal = part.normal
-        node = next_cluster(node, view == CUT_UP)
+        if amount > 0.0:
+            sum.flux += part.irradiance
+            sum.arriving += part.arriving
+            sum.middle += part.center * amount
+            sum.amount += amount
+            if not is_free(part):
+                sum.hideable += amount
+            if amount > sum.most:
+                sum.most = amount
+                sum.target = part.center
+                sum.normal = part.normal
+        node = next_cluster(node, part.is_cut != 0)
         if node == 1:
             break
+    sum.middle = sum.middle / wp.max(sum.amount, 1.0e-30)
+    return sum
+
+
+@wp.func
+def aim_nearest(sum: wp.ref[MeshSum], middle: wp.vec3, center: wp.vec3, normal: wp.vec3, nearest: float) -> float:
+    """Let the shadow ray go to a point of a light that is seen if none yet is as near to its middle.
+
+    Args:
+        sum: Takes the target.
+        middle: Of the light as seen, from the surface.
+        center: Of the point, from the surface.
+        normal: There.
+        nearest: Squared distance of the target, so far, from the middle.
+
+    Returns:
+        What is then the nearest.
+    """
+    off = wp.length_sq(center - middle)
+    if off < nearest:
+        sum.target = center
+        sum.normal = normal
+        return off
+    return nearest
+
+
+@wp.func(inline=False)
+def sum_seen_parts(
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    mesh: wp.ref[LightMeshData],
+    position: wp.vec3,
+    n: wp.vec3,
+    all: wp.ref[MeshSum],
+) -> MeshSum:
+    """Return what a surface gets of a mesh light past the rest of it.
+
+    ``SEEN_POINTS`` of it are looked for, one after each such share of what other parts may be before, in the order in
+    which triangles lie along a curve; whether it is seen tells about the share.
+
+    Args:
+        scene: Lights' triangles and clusters, profiles.
+        light: The light.
+        mesh: Its triangles.
+        position: Of the surface.
+        n: Its unit normal.
+        all: What all parts send, nothing in between.
+    """
+    sum = MeshSum()
+    grain = Grain()
+    if (light.varies & VARIED) != 0:
+        grain = grain_of(scene, light, mesh, position)
+    step = all.hideable / float(SEEN_POINTS)
+    waiting = 0.5 * step
+    flux = wp.vec3(0.0, 0.0, 0.0)
+    arriving = wp.vec3(0.0, 0.0, 0.0)
+    nearest = float(wp.inf)
+    seen = SeenPoints()
+    node = int(1)
+    while True:
+        part = part_of_mesh(scene, light, mesh, node, position, n, grain)
+        amount = wp.length(part.irradiance)
+        if amount > 0.0:
+            if is_free(part):
+                sum.flux += part.irradiance
+                sum.arriving += part.arriving
+                nearest = aim_nearest(sum, all.middle, part.center, part.normal, nearest)
+            else:
+                flux += part.irradiance
+                arriving += part.arriving
+                waiting += amount
+                points = int(waiting / step)
+                if points > 0:
+                    waiting -= float(points) * step
+                    seen = look_past_rest(scene, mesh, node, points, position, n)
+                    sum.flux += flux * seen.share
+                    sum.arriving += arriving * seen.share
+                    flux = wp.vec3(0.0, 0.0, 0.0)
+                    arriving = wp.vec3(0.0, 0.0, 0.0)
+                    if seen.share > 0.0:
+                        nearest = aim_nearest(sum, all.middle, seen.center, seen.normal, nearest)
+        node = next_cluster(node, part.is_cut != 0)
+        if node == 1:
+            break
+    sum.flux += flux * seen.share
+    sum.arriving += arriving * seen.share
+    return sum
+
+
+@wp.func
+def whole_mesh(
+    scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: wp.ref[LightMeshData], position: wp.vec3, n: wp.vec3
+) -> LightSample:
+    """Return how a mesh light reaches a surface as a whole: what of it faces the surface, past the rest of it.
+
+    Triangles are summed by Lambert's formula, clipped at the horizon. Of more than ``MESH_LIGHT_EXACT``, clusters that
+    face the surface as a whole, above its horizon, and whose radius is below ``CLUSTER_SIZE`` of their distance, count
+    as one patch. Where the light is shaped or has a profile, triangles are cut into pieces, and clusters count as one
+    patch only where its radiance is even over them.
+
+    Args:
+        scene: Lights' triangles and clusters, profiles.
+        light: The light.
+        mesh: Its triangles.
+        position: Of the surface.
+        n: Its unit normal.
+    """
     s = LightSample()
-    total = wp.length(flux)
+    sum = sum_parts(scene, light, mesh, position, n)
+    if sum.hideable > 0.0:
+        sum = sum_seen_parts(scene, light, mesh, position, n, sum)
+    total = wp.length(sum.flux)
     if total == 0.0:
         return s
     # Short of the mesh itself, also where the ray, which starts a little off the surface, grazes it.
-    to_target -= face_forward(wp.normalize(normal), to_target) * (wp.length(to_target) * LIGHT_CLEARANCE)
-    s.wi = flux / total
-    s.distance = wp.length(to_target)
-    s.to_shadow = to_target / s.distance
-    if is_even:
+    target = sum.target
+    target -= face_forward(wp.normalize(sum.normal), target) * (wp.length(target) * LIGHT_CLEARANCE)
+    s.wi = sum.flux / total
+    s.distance = wp.length(target)
+    s.to_shadow = target / s.distance
+    if (light.varies & VARIED) == 0:
         s.irradiance = light.emission * total
     else:
-        s.irradiance = arriving / wp.max(wp.dot(n, s.wi), 1.0e-30)
+        s.irradiance = sum.arriving / wp.max(wp.dot(n, s.wi), 1.0e-30)
     return s
 
 
 @wp.func
 def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.vec3, n: wp.vec3) -> LightSample:
-    """Return what :func:`sum_mesh` does; of what shines to both sides and is closed, what is seen from where one is.
+    """Return what :func:`whole_mesh` does; of what shines to both sides and is closed, what is seen from where one is.
 
     From outside its inside is hidden, although nothing else is in between.
 
@@ -211,8 +421,8 @@ def mesh_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp.
     mesh = scene.light_meshes[light.mesh]
     if mesh.is_double_sided != 0 and mesh.is_closed != 0:
         mesh.is_double_sided = 0
-        s = sum_mesh(scene, light, mesh, position, n)
+        s = whole_mesh(scene, light, mesh, position, n)
         if s.distance > 0.0:
             return s
         mesh.is_double_sided = 1
-    return sum_mesh(scene, light, mesh, position, n)
+    return whole_mesh(scene, light, mesh, position, n)

@@ -123,6 +123,82 @@ def test_the_mesh_itself_does_not_shadow_its_light(samples: int) -> None:
     np.testing.assert_allclose(radiance(scene, camera, light_samples=samples), expected, rtol=1e-5)
 
 
+def turned(profile: np.ndarray, turns: int) -> np.ndarray:
+    """Return the triangles of a profile, distances from z and heights, turned about z: outside is to its right."""
+    angles = 2 * np.pi * np.arange(turns + 1) / turns
+    across, up = profile[:, None, 0], np.repeat(profile[:, 1:], turns + 1, axis=1)
+    rings = np.stack([across * np.cos(angles), across * np.sin(angles), up], axis=2)
+    a, b, c, d = rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]
+    return np.concatenate([np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, b, c), (a, c, d))])
+
+
+def circle(start: float, end: float, radius: float, center: float, count: int) -> np.ndarray:
+    angles = np.linspace(start, end, count + 1)
+    return np.stack([center + radius * np.cos(angles), radius * np.sin(angles)], axis=1)
+
+
+THREE = np.concatenate([0.3 * ball(1) + place for place in ((0, 0, 0), (0.5, 0, 0.4), (-0.4, 0.2, 0.5))])
+HOLLOW = {
+    "three balls": THREE,
+    "a ring on edge": turned(circle(-np.pi, np.pi, 0.2, 0.6, 8), 12)[:, :, [1, 2, 0]],
+    "a bowl that shines inwards": turned(circle(-np.pi / 2 + 0.01, 0.0, 0.7, 0.0, 6), 16)[:, ::-1, [1, 2, 0]],
+}
+
+
+def seen_quadrature(triangles: np.ndarray, height: float, place: tuple[float, float]) -> float:
+    """Return what ``quadrature`` does of what no other triangle is before, each patch by its middle."""
+    blockers = triangles + np.array((0, 0, height))
+    patches = refined(blockers, 3)
+    start = np.array((*place, 0.0))
+    to_light = patches.mean(axis=1) - start
+    normal = np.cross(patches[:, 1] - patches[:, 0], patches[:, 2] - patches[:, 0]) / 2
+    seen = np.maximum(-(to_light * normal).sum(axis=1), 0.0) * np.maximum(to_light[:, 2], 0.0)
+    to_light, seen = to_light[seen > 0], seen[seen > 0]
+    # Cramer's rule for start + t d = a + u x + v y.
+    a, x, y = blockers[:, 0], blockers[:, 1] - blockers[:, 0], blockers[:, 2] - blockers[:, 0]
+    s, d = start - a, to_light[:, None]
+    determinant = (np.cross(d, y) * x).sum(axis=-1)
+    determinant[determinant == 0] = np.inf  # in the triangle's plane: no hit
+    u, v = (np.cross(d, y) * s).sum(axis=-1) / determinant, (np.cross(s, x) * d).sum(axis=-1) / determinant
+    t = (np.cross(s, x) * y).sum(axis=-1) / determinant
+    is_hidden = ((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-9) & (t < 1 - 1e-6)).any(axis=1)
+    return float((seen * ~is_hidden / (to_light**2).sum(axis=1) ** 2).sum()) / np.pi
+
+
+@pytest.mark.parametrize("shape", HOLLOW)
+def test_parts_hide_each_other_and_nothing_else(shape: str) -> None:
+    """As a whole nothing of its own is before the light but what is: no place is black, none gets the hidden part.
+
+    Its points are seen or not: pixels are within a fiftieth of what the brightest gets, and the mean is within less.
+    """
+    triangles, height = HOLLOW[shape], 1.2
+    matrix = np.eye(4)
+    matrix[2, 3] = height
+    body = replace(
+        square(whitted()),
+        points=np.float32(triangles.reshape(-1, 3)),
+        faces=np.arange(triangles.size // 3).reshape(-1, 3),
+        world_from_local=matrix,
+    )
+    light = mesh(triangles, matrix, drawn_by=np.array([1]))
+    scene = scene_of(square(whitted(diffuse=1.0), half=20), body, lights=[light])
+    places = [(x, y) for x in (-0.4, 0.7, 1.6, 2.9) for y in (0.1, 0.8)]
+    expected = np.array([seen_quadrature(triangles, height, place) for place in places])
+    plain = np.array([quadrature(triangles, matrix, place) for place in places])
+    assert (expected < 0.97 * plain).sum() > 3  # parts are hidden
+    found = np.array([radiance(scene, parallel((*place, 0.1)))[0] / L[0] for place in places])
+    np.testing.assert_allclose(found, expected, atol=0.02 * expected.max())
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("more", [{"casts_shadow": False}, {"drawn_by": None}])
+def test_parts_that_stop_no_light_hide_nothing(more: dict) -> None:
+    matrix = np.eye(4)
+    matrix[2, 3] = 1.2
+    found = lit(mesh(THREE, matrix, **{"drawn_by": np.array([0]), **more}), (1.6, 0.8))
+    np.testing.assert_allclose(found, L * quadrature(THREE, matrix, (1.6, 0.8)), rtol=5e-3)
+
+
 def test_cone_and_focus_shape_it() -> None:
     """A cone of 20 degrees about -Z."""
     light = mesh(TRIANGLES * np.float32(0.1), looking((0, 0, -1), (0, 0, 2)), cone_angle=np.radians(20))

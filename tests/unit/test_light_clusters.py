@@ -17,7 +17,8 @@ def test_each_holds_its_triangles(count: int) -> None:
         corners[1, 1:] = corners[1, 0]  # without area
     leaves = leaf_count(count)
     assert leaves / 2 < count <= leaves
-    clusters = light_clusters(corners)
+    free_sides, bodies = np.arange(count, dtype=np.int32) % 4, np.arange(count, dtype=np.int32) // 3
+    clusters = light_clusters(corners, free_sides, bodies)
     assert len(clusters) == leaves
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     for row in range(1, leaves):
@@ -37,3 +38,5 @@ def test_each_holds_its_triangles(count: int) -> None:
         cosines = own @ cluster["area"] / (np.linalg.norm(own, axis=1) * np.linalg.norm(cluster["area"]))
         assert cosines.min() == pytest.approx(cluster["cos_spread"], abs=1e-5)
         assert held.start <= cluster["middle"] < held.stop
+        assert cluster["free_sides"] == np.bitwise_and.reduce(free_sides[held])
+        assert cluster["body"] == (bodies[held][0] if len(set(bodies[held])) == 1 else -1)

@@ -12,7 +12,7 @@ import numpy as np
 from warp_rt.kernels import structs
 from warp_rt.kernels.codes import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
 from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, RenderOptions
-from warp_rt.scene import Material, MaterialModel, Scene, Settings
+from warp_rt.scene import Scene, Settings
 
 _BLACK = (0.0, 0.0, 0.0)
 _LARGEST = float(np.finfo(np.float32).max)  # stands for an infinite threshold: no weight reaches it
@@ -65,14 +65,6 @@ def shadow_mode(shadows: str, scene: Scene) -> int:
     """Return the cheapest mode that gives the wanted shadows: where no material lets light through, any hit will do."""
     if shadows == "opaque":
         return int(SHADOW_OPAQUE)
-    if not any(_lets_light_through(material, with_whitted=shadows == "transmit") for material in scene.materials):
+    if not any(material.lets_light_through(with_whitted=shadows == "transmit") for material in scene.materials):
         return int(SHADOW_OPAQUE)
     return int(SHADOW_TRANSMIT if shadows == "transmit" else SHADOW_AUTO)
-
-
-def _lets_light_through(material: Material, *, with_whitted: bool) -> bool:
-    if material.model == MaterialModel.WHITTED:
-        source = material.inputs.get("transmission")
-        return with_whitted and source is not None and (source.varies or max(source.value[:3]) > 0)
-    source = material.inputs.get("opacity")
-    return source is not None and (source.varies or source.value[0] < 1)

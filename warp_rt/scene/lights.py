@@ -108,6 +108,9 @@ class Light:
     """Whether a mesh light shines inwards, too."""
     is_closed: bool = False
     """Whether the triangles bound a volume: who is outside sees none from inside."""
+    drawn_by: np.ndarray | None = None
+    """Of a mesh light: int32, shape [n], rows of ``Scene.instances`` that draw its triangles, or what these stand for.
+    Where they stop light, parts of it hide each other; None: nothing of it is drawn."""
     glows: bool = False
     """Whether the mesh of a mesh light emits by its material: what mirrors show of that is no highlight, too."""
     profile_angle_scale: float = 0.0

@@ -151,3 +151,11 @@ class Material:
     opacity_threshold: float = 0.0
     is_single_sided: bool = False
     """Whether it is not there for rays that meet it from behind, as the cards of a model's draw mode are."""
+
+    def lets_light_through(self, *, with_whitted: bool) -> bool:
+        """Return whether shadow rays may pass through it: a WhittedSurface only where its transmission counts, too."""
+        if self.model == MaterialModel.WHITTED:
+            source = self.inputs.get("transmission")
+            return with_whitted and source is not None and (source.varies or max(source.value[:3]) > 0)
+        source = self.inputs.get("opacity")
+        return source is not None and (source.varies or source.value[0] < 1)

@@ -19,7 +19,7 @@ from warp_rt.scene import Light, RayMask, Scene
 from warp_rt.scene.placement import Placement, blocks, place_scene
 from warp_rt.scene.rows import check_materials
 from warp_rt.upload.device_images import DeviceImages
-from warp_rt.upload.lights import pack_lights
+from warp_rt.upload.lights import pack_lights, with_hiding_bodies
 from warp_rt.upload.materials import pack_materials
 from warp_rt.upload.meshes import pack_meshes, primvar_size, primvar_slots, slot_name
 from warp_rt.upload.specular_albedo import specular_albedo
@@ -92,7 +92,8 @@ def upload_scene(
     )
     pack_materials(data, pack, scene, slots, images)
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
-    pack_lights(data, pack, scene.lights, scene.domes, placement.origin, images, samples_domes=samples_domes)
+    lights = with_hiding_bodies(scene)
+    pack_lights(data, pack, lights, scene.domes, placement.origin, images, samples_domes=samples_domes)
     images.put(data)
     aov_primvars = {aov: AovPrimvar(slots[slot_name(name)], primvar_size(scene, name)) for aov, name in shown.items()}
     return DeviceScene(data, device, placement.origin, pack.bytes, images, aov_primvars)

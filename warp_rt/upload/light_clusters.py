@@ -18,16 +18,19 @@ def leaf_count(triangles: int) -> int:
     return 1 << (triangles - 1).bit_length()
 
 
-def light_clusters(corners: np.ndarray) -> np.ndarray:
+def light_clusters(corners: np.ndarray, free_sides: np.ndarray, bodies: np.ndarray) -> np.ndarray:
     """Return the clusters of a mesh light: of ``LightCluster``, shape [``leaf_count``], the root at 1, none at 0.
 
     Args:
         corners: Of its triangles, wound as seen from outside, neighbours in order: float64, shape [n, 3, 3], n > 0.
+        free_sides: ``LightTriangle.free_sides`` of each: int32, shape [n].
+        bodies: ``LightTriangle.body``, likewise.
     """
     leaves = leaf_count(len(corners))
     table = np.zeros(leaves, LightCluster.numpy_dtype())
     padding = leaves - len(corners)
     corners = np.concatenate([corners, np.repeat(corners[-1:], padding, axis=0)])
+    free_sides, bodies = (np.concatenate([of, np.repeat(of[-1:], padding)]) for of in (free_sides, bodies))
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     areas[leaves - padding :] = 0
     sizes = np.linalg.norm(areas, axis=1)
@@ -52,6 +55,9 @@ def light_clusters(corners: np.ndarray) -> np.ndarray:
         rows["radius"] = reach + _ROUNDING * (reach + np.abs(center).max(axis=1))
         rows["cos_spread"] = np.where(size > 0, lowest, _EMPTY)
         span = leaves // count
+        rows["free_sides"] = np.bitwise_and.reduce(free_sides.reshape(count, -1), axis=1)
+        own = bodies.reshape(count, -1)
+        rows["body"] = np.where((own == own[:, :1]).all(axis=1), own[:, 0], -1)
         rows["middle"] = np.minimum(np.arange(count) * span + span // 2, leaves - padding - 1)
         count *= 2
     return table

@@ -12,6 +12,7 @@ import numpy as np
 
 from warp_rt.kernels import structs
 from warp_rt.scene import Light, Profile, Shadow
+from warp_rt.upload.light_bodies import BOTH_SIDES, connected_parts, convex_bodies, free_sides_of
 from warp_rt.upload.light_clusters import leaf_count, light_clusters
 from warp_rt.upload.meridian_tables import meridian_record
 from warp_rt.upload.profile_scales import profile_scales
@@ -138,8 +139,11 @@ class LightTables:
         if light.triangles is None:
             return -1
         linear = light.world_from_light[:3, :3]
-        ordered = light.triangles[_along_a_curve(light.triangles.mean(axis=1))]
-        corners = ordered @ linear.T + (light.world_from_light[:3, 3] - origin)
+        parts = np.zeros(len(light.triangles), np.int64)
+        if light.drawn_by is not None:
+            parts = connected_parts(light.triangles)
+        order = _along_a_curve(light.triangles.mean(axis=1), parts)
+        corners = light.triangles[order] @ linear.T + (light.world_from_light[:3, 3] - origin)
         sides = corners[:, 1:] - corners[:, :1]
         if np.linalg.det(linear) < 0:  # a mirroring turns the winding round
             sides = sides[:, ::-1]
@@ -147,6 +151,10 @@ class LightTables:
         table = np.zeros(len(corners), structs.LightTriangle.numpy_dtype())
         table["origin"], table["side_x"], table["side_y"] = corners[:, 0], sides[:, 0], sides[:, 1]
         table["share"] = np.cumsum(areas) / areas.sum()
+        wound = corners[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides], axis=1)
+        table["free_sides"], table["body"] = BOTH_SIDES, -1
+        if light.drawn_by is not None:
+            table["free_sides"], table["body"] = free_sides_of(wound), convex_bodies(wound, parts[order])
         self.meshes.append(
             {
                 "offset": sum(map(len, self.triangles)),
@@ -159,9 +167,7 @@ class LightTables:
             }
         )
         self.triangles.append(table)
-        self.clusters.append(
-            light_clusters(corners[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides], axis=1))
-        )
+        self.clusters.append(light_clusters(wound, table["free_sides"], table["body"]))
         return len(self.meshes) - 1
 
     def profile_numbers(self) -> np.ndarray:
@@ -177,11 +183,12 @@ class LightTables:
         return offset
 
 
-def _along_a_curve(points: np.ndarray) -> np.ndarray:
-    """Return the order of points along a Morton curve: int64, shape [n].
+def _along_a_curve(points: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return the order of points along a Morton curve, part by part, as its first is met: int64, shape [n].
 
     Args:
         points: shape [n, 3].
+        parts: Number of each's part, shape [n].
 
     Reference: Morton (1966), A Computer Oriented Geodetic Data Base, IBM.
     """
@@ -191,4 +198,7 @@ def _along_a_curve(points: np.ndarray) -> np.ndarray:
     for bit in range(10):
         for axis in range(3):
             code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(code, kind="stable")
+    _, part = np.unique(parts, return_inverse=True)
+    first = np.full(part.max() + 1, code.max())
+    np.minimum.at(first, part, code)
+    return np.lexsort((code, part, first[part]))

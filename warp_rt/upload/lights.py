@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import warp as wp
 from warp_rt.device.arrays import Joined, Packer
 from warp_rt.kernels import structs
 from warp_rt.kernels.codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
-from warp_rt.scene import Dome, Light
+from warp_rt.scene import Dome, Light, RayMask, Scene
 from warp_rt.upload.device_images import DeviceImages
 from warp_rt.upload.device_lights import light_record, unit_axes
 from warp_rt.upload.dome import bright_cells, irradiance_map
@@ -21,6 +22,31 @@ from warp_rt.upload.light_tables import LightTables
 
 _MOST_CELLS = (512, 1024)
 """Rows and columns by which domes are sampled: a third of a degree, smaller than the sun; 2 MB."""
+
+
+def with_hiding_bodies(scene: Scene) -> list[Light]:
+    """Return a scene's lights, ``Light.drawn_by`` being left only to those whose parts hide each other.
+
+    They do not where the light casts no shadows, where some of what draws it casts none of it, or lets light through.
+    """
+    return [light if _hides_itself(light, scene) else replace(light, drawn_by=None) for light in scene.lights]
+
+
+def _hides_itself(light: Light, scene: Scene) -> bool:
+    rows, instances = light.drawn_by, scene.instances
+    if rows is None or not light.casts_shadow:
+        return False
+    if light.shadow.casters is not None and not light.shadow.casters[rows].all():
+        return False
+    if instances.seen_by is not None and not (instances.seen_by[rows] & RayMask.SHADOWS).all():
+        return False
+    offsets = instances.material_offset
+    ends = np.append(np.unique(offsets), len(instances.material_table))
+    for first in np.unique(offsets[rows]):
+        slots = instances.material_table[first : ends[np.searchsorted(ends, first, side="right")]]
+        if any(scene.materials[slot].lets_light_through(with_whitted=False) for slot in np.unique(slots)):
+            return False
+    return True
 
 
 def pack_lights(

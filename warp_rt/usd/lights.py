@@ -137,7 +137,12 @@ def read_light(
     if light is None or mesh is None or source is None:
         return light
     has_two_sides = AttributeReader(source, time, INVALID_VALUE, report).truth("doubleSided", False)
-    light = replace(light, is_double_sided=has_two_sides and not mesh.is_solid, is_closed=mesh.is_closed)
+    light = replace(
+        light,
+        is_double_sided=has_two_sides and not mesh.is_solid,
+        is_closed=mesh.is_closed,
+        drawn_by=meshes.rows(source),
+    )
     if attributes.token(_SYNC_MODE, _TINTS, _SYNC_MODES) == _NO_RESPONSE:
         # What is seen of it is the light. Materials emit the same in all directions.
         light = replace(light, glows=not light.is_shaped)
