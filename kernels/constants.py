@@ -114,8 +114,14 @@ core has a cache of 2 MB to itself."""
 RAY_CODE_BITS = wp.constant(8)
 """Bits a coordinate of the codes that scattered rays are sorted by. With 6 rays take 1 to 4 % longer."""
 
+RAY_DIGIT_BITS = wp.constant(12)
+"""Bits of a digit of those codes: half of a code."""
+
 RAY_DIGITS = wp.constant(1 << 12)
-"""Values of a digit of those codes: half of a code, counted in the first cache."""
+"""Its values, counted in the first cache."""
+
+SORT_STEPS = wp.constant(4)
+"""Steps of the sort that a worker takes in one launch, some 40 ms at most: between launches an interrupt is heard."""
 
 SCATTER_STRIDE = wp.constant(16)
 """One in so many pairs of successive rays tells whether they come in any order."""

@@ -2,16 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """An order for rays that come in none, so that successive ones start near each other: a radix sort of Morton codes.
 
-By the lowest digit first. In each pass every thread of a launch counts, then places, the rays of a part of its own:
-rays of the same digit stay in the order that they have, however many parts there are. What is sorted are keys, the code
-of a ray above its number, so that each moves by one store.
+By the lowest digit first. Each pass counts, then places, the rays of each part of them: rays of the same digit stay in
+the order that they have, however many parts there are. What is sorted are keys, the code of a ray above its number, so
+that each moves by one store.
+
+All workers do this in launches that run side by side, and take steps, a part in a phase of a pass each, from one counter
+as soon as those are done that they build on. To start threads anew for each phase would take as long as the phase.
 """
 
 import warp as wp
 
-from .constants import RAY_CODE_BITS, RAY_DIGITS
+from .constants import RAY_CODE_BITS, RAY_DIGIT_BITS, RAY_DIGITS, SORT_STEPS, WAIT_TURNS
+from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+DONE_WORD = wp.constant(16)
+"""Word of the steps that are done: not in the cache line of those that are taken."""
+
+SORT_PHASES = wp.constant(3 * 3 * int(RAY_CODE_BITS) // int(RAY_DIGIT_BITS))
+"""For each digit the rays are counted, what was counted is added up, and they are placed."""
 
 
 @wp.func
@@ -44,44 +54,39 @@ def digit(key: wp.uint64, shift: int) -> int:
     return int(key >> wp.uint64(32 + shift)) & (RAY_DIGITS - 1)
 
 
-@wp.kernel
+@wp.func
 def code_rays(
     origins: wp.array[wp.vec3],
     low: wp.vec3,
     scale: float,
-    part_bounds: wp.array[int],
-    first: int,
+    begin: int,
+    end: int,
+    counts: wp.array[int],
     keys_out: wp.array[wp.uint64],
-    counts_out: wp.array2d[int],
 ):
-    """Write the keys of the rays of a part, and count the lowest digit.
-
-    Args:
-        origins: Of all rays.
-        low: Corner of the cube that the codes' grid divides.
-        scale: 1 / its side.
-        part_bounds: Where the parts begin, and the last one ends.
-        first: Part of the first thread.
-        keys_out: Of all rays.
-        counts_out: Keys by part and digit, 0 before.
-    """
-    part = first + wp.tid()
-    counts = counts_out[part]
-    for i in range(part_bounds[part], part_bounds[part + 1]):
+    """Write the keys of the rays of a part, and count their lowest digit."""
+    for i in range(begin, end):
         key = wp.uint64(ray_code((origins[i] - low) * scale)) << wp.uint64(32) | wp.uint64(i)
         keys_out[i] = key
         counts[digit(key, 0)] += 1
 
 
-@wp.kernel
-def count_digits(
-    keys: wp.array[wp.uint64], part_bounds: wp.array[int], shift: int, first: int, counts_out: wp.array2d[int]
-):
-    """Count the keys of a part by the digit that begins at bit ``shift``; the other arguments as for ``code_rays``."""
-    part = first + wp.tid()
-    counts = counts_out[part]
-    for i in range(part_bounds[part], part_bounds[part + 1]):
+@wp.func
+def count_digits(keys: wp.array[wp.uint64], shift: int, begin: int, end: int, counts: wp.array[int]):
+    """Count the keys of a part by the digit that begins at bit ``shift``."""
+    for i in range(begin, end):
         counts[digit(keys[i], shift)] += 1
+
+
+@wp.func
+def sum_up(counts: wp.array2d[int], places_out: wp.array2d[int]):
+    """Write where the first key of each part and digit comes, and set what was counted to 0."""
+    total = int(0)
+    for value in range(wp.int32(RAY_DIGITS)):
+        for part in range(counts.shape[0]):
+            places_out[part, value] = total
+            total += counts[part, value]
+            counts[part, value] = 0
 
 
 @wp.func
@@ -92,44 +97,124 @@ def place_next(places: wp.array[int], value: int) -> int:
     return place
 
 
-@wp.kernel
+@wp.func
 def place_keys(
     keys: wp.array[wp.uint64],
-    part_bounds: wp.array[int],
     shift: int,
-    first: int,
-    places: wp.array2d[int],
+    begin: int,
+    end: int,
+    places: wp.array[int],
     keys_out: wp.array[wp.uint64],
 ):
-    """Write the keys of a part where a digit says.
+    """Write the keys of a part where their digit says."""
+    for i in range(begin, end):
+        key = keys[i]
+        keys_out[place_next(places, digit(key, shift))] = key
+
+
+@wp.func
+def place_rays(
+    keys: wp.array[wp.uint64], shift: int, begin: int, end: int, places: wp.array[int], rays_out: wp.array[int]
+):
+    """Do what ``place_keys`` does by the last digit, of which only the rays' numbers are written."""
+    for i in range(begin, end):
+        key = keys[i]
+        rays_out[place_next(places, digit(key, shift))] = int(key & wp.uint64(0xFFFFFFFF))
+
+
+_TAKE_STEP = """
+#if !defined(__CUDA_ARCH__)
+    int* taken = (int*)words.data;
+    for (int turn = 0; turn < WAIT_TURNS; ++turn) {
+        int step = __atomic_load_n(taken, __ATOMIC_RELAXED);
+        const int done = __atomic_load_n(taken + DONE_WORD, __ATOMIC_ACQUIRE);
+        if (done == count)
+            return -1;
+        if (step < count && done >= step - step % parts
+            && __atomic_compare_exchange_n(taken, &step, step + 1, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+            return step;
+    }
+#endif
+    return -1;
+"""
+
+
+@wp.func_native(spell_out(_TAKE_STEP, DONE_WORD=DONE_WORD, WAIT_TURNS=WAIT_TURNS))
+def take_step(words: wp.array[int], parts: int, count: int) -> int:
+    """Return a step that nobody has taken, those of earlier phases being done; for this it waits some 0.2 ms.
 
     Args:
-        keys: In the order so far.
-        part_bounds: See ``code_rays``.
-        shift: Bit at which the digit begins.
-        first: Part of the first thread.
-        places: Where the next one of each part and digit comes; moved on.
-        keys_out: In the next order.
+        words: See ``sort_together``.
+        parts: Steps of a phase.
+        count: Steps of all.
+
+    Returns:
+        -1 where all are done, or it has waited in vain.
     """
-    part = first + wp.tid()
-    own = places[part]
-    for i in range(part_bounds[part], part_bounds[part + 1]):
-        key = keys[i]
-        keys_out[place_next(own, digit(key, shift))] = key
+    ...
+
+
+_FINISH_STEP = """
+#if defined(__CUDA_ARCH__)
+    atomicAdd((int*)words.data + DONE_WORD, 1);
+#else
+    __atomic_fetch_add((int*)words.data + DONE_WORD, 1, __ATOMIC_RELEASE);
+#endif
+"""
+
+
+@wp.func_native(spell_out(_FINISH_STEP, DONE_WORD=DONE_WORD))
+def finish_step(words: wp.array[int]):
+    """Tell the others of a step that is done."""
+    ...
 
 
 @wp.kernel
-def place_rays(
-    keys: wp.array[wp.uint64],
+def sort_together(
+    origins: wp.array[wp.vec3],
+    low: wp.vec3,
+    scale: float,
     part_bounds: wp.array[int],
-    shift: int,
-    first: int,
+    words: wp.array[int],
+    counts: wp.array2d[int],
     places: wp.array2d[int],
+    keys: wp.array2d[wp.uint64],
     rays_out: wp.array[int],
 ):
-    """Do what ``place_keys`` does by the last digit, of which only the rays' numbers are written."""
-    part = first + wp.tid()
-    own = places[part]
-    for i in range(part_bounds[part], part_bounds[part + 1]):
-        key = keys[i]
-        rays_out[place_next(own, digit(key, shift))] = int(key & wp.uint64(0xFFFFFFFF))
+    """Take up to SORT_STEPS steps of the sort; end sooner where none is to be had. One thread a launch.
+
+    Args:
+        origins: Of all rays.
+        low: Corner of the cube that the codes' grid divides.
+        scale: 1 / its side.
+        part_bounds: Where the parts begin, and the last one ends.
+        words: The steps that are taken; at DONE_WORD those that are done.
+        counts: Keys by part and digit, 0 before.
+        places: Scratch memory, the same shape.
+        keys: Scratch memory, shape [2, n].
+        rays_out: The rays in their new order.
+    """
+    parts = part_bounds.shape[0] - 1
+    for _turn in range(wp.int32(SORT_STEPS)):
+        step = take_step(words, parts, parts * SORT_PHASES)
+        if step < 0:
+            return
+        phase = step // parts
+        part = step - phase * parts
+        begin = part_bounds[part]
+        end = part_bounds[part + 1]
+        turn = phase // 3
+        shift = turn * RAY_DIGIT_BITS
+        source = keys[turn % 2]
+        if phase == 0:
+            code_rays(origins, low, scale, begin, end, counts[part], source)
+        elif phase % 3 == 0:
+            count_digits(source, shift, begin, end, counts[part])
+        elif phase % 3 == 1:
+            if part == 0:
+                sum_up(counts, places)
+        elif phase == SORT_PHASES - 1:
+            place_rays(source, shift, begin, end, places[part], rays_out)
+        else:
+            place_keys(source, shift, begin, end, places[part], keys[1 - turn % 2])
+        finish_step(words)

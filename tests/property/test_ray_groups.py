@@ -14,9 +14,8 @@ import warp as wp
 import warp_rt
 from warp_rt.bvh.accel import Accel, make_stacks
 from warp_rt.bvh.queries import Hits
-from warp_rt.bvh.ray_order import sort_rays
+from warp_rt.bvh.ray_order import RayOrder
 from warp_rt.bvh.span_launches import SpanLaunches
-from warp_rt.device.workers import Workers
 from warp_rt.errors import OptionError
 from warp_rt.kernels import query
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN
@@ -176,7 +175,12 @@ def test_many_scattered_rays_through_a_big_hierarchy() -> None:
     origins, directions = rng.uniform(size=(count, 3)).astype("f"), rng.normal(size=(count, 3)).astype("f")
     bad = rng.uniform(size=count) < 0.001
     origins[bad] = rng.choice(np.float32([np.nan, np.inf, -np.inf, 1e30]), (bad.sum(), 3))
-    order = sort_rays(accel, origins, Workers(2))
+    orders = [RayOrder(accel, origins, workers) for workers in (1, 3)]
+    orders[0].sort()
+    with ThreadPoolExecutor(3) as pool:
+        list(pool.map(lambda _: orders[1].sort(), range(3)))
+    order = orders[0].rays
+    np.testing.assert_array_equal(order, orders[1].rays)
     np.testing.assert_array_equal(np.sort(order), np.arange(count))
     steps = np.abs(np.diff(origins[order[~bad[order]]], axis=0)).sum(axis=1)
     assert steps.mean() < 0.1  # 1 for neighbours at random

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.bvh.accel import Accel, make_stacks
-from warp_rt.bvh.ray_order import sort_rays
+from warp_rt.bvh.ray_order import RayOrder
 from warp_rt.bvh.span_launches import describe, keep_span_launches, take_span_launches
 from warp_rt.device.kernel_binaries import load_module
 from warp_rt.device.workers import Workers
@@ -275,9 +275,9 @@ def _launch_groups(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
     count, kernel = len(rays.origins), rays.kernel
     workers = rays.workers
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
-    order = sort_rays(accel, rays.origins, workers)
+    order = RayOrder(accel, rays.origins, workers.count)
     progress = _share_rays(count, workers.count)
-    arrays = [rays.origins, rays.directions, rays.t_max, order, progress.reshape(-1), *outputs]
+    arrays = [rays.origins, rays.directions, rays.t_max, order.rays, progress.reshape(-1), *outputs]
     launches = take_span_launches(accel)
     launches.prepare(accel, kernel, arrays, workers.count)
     busy, over = progress[:, constants.BUSY_WORD], progress[0, constants.OVER_WORD :]
@@ -289,6 +289,7 @@ def _launch_groups(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
         if over[0]:
             busy[worker] = 0
         else:
+            order.sort()
             launches.launch(kernel, worker)
         return not over[0]
 

@@ -16,18 +16,19 @@ from warp_rt.device.kernel_binaries import load_module
 from warp_rt.kernels import query_group
 
 
-def describe(array: Any) -> Any:
-    """Return what a kernel is told of an array whose rows are its elements: a launch takes it as it is.
+def describe(array: Any, dimensions: int = 1) -> Any:
+    """Return what a kernel is told of an array: a launch takes it as it is.
 
     It keeps nothing alive. To make it of NumPy's array takes a third of the time of a Warp array around the same
     memory, and none of what is asked of that one at each launch.
 
     Args:
         array: NumPy's, C contiguous, on the CPU; or Warp's.
+        dimensions: Of the kernel's array. NumPy's may have one more, which makes vectors of it.
     """
     if isinstance(array, wp.array):
         return array.__ctype__()
-    return _Descriptor(_address(array), 0, 1, array.shape, array.strides)
+    return _Descriptor(_address(array), 0, dimensions, array.shape, array.strides)
 
 
 def _address(array: np.ndarray) -> int:
