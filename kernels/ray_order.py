@@ -6,13 +6,14 @@ By the lowest digit first. Each pass counts, then places, the rays of each part 
 the order that they have, however many parts there are. What is sorted are keys, the code of a ray above its number, so
 that each moves by one store.
 
-All workers do this in launches that run side by side, and take steps, a part in a phase of a pass each, from one counter
+All workers do this in launches that run side by side, and take steps, one a part and phase of a pass, from one counter
 as soon as those are done that they build on. To start threads anew for each phase would take as long as the phase.
 """
 
 import warp as wp
 
 from .constants import RAY_CODE_BITS, RAY_DIGIT_BITS, RAY_DIGITS, SORT_STEPS, WAIT_TURNS
+from .intersect_packet import COLUMNS, VECTOR_TYPES
 from .native import spell_out
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
@@ -54,6 +55,56 @@ def digit(key: wp.uint64, shift: int) -> int:
     return int(key >> wp.uint64(32 + shift)) & (RAY_DIGITS - 1)
 
 
+_CODE = (
+    r"""
+    int ray = begin;
+#if defined(__AVX512F__) && defined(__clang__) && !defined(__CUDA_ARCH__)
+"""
+    + VECTOR_TYPES
+    + COLUMNS
+    + r"""
+#define WARP_RT_CELL(x) \
+    __builtin_convertvector(WARP_RT_MIN(WARP_RT_MAX(x, (floats)0.0f), (floats)(CELLS - 1.0f)), ints)
+#define WARP_RT_SPREAD(bits) \
+    bits = (bits | (bits << 8)) & 0xF00F; \
+    bits = (bits | (bits << 4)) & 0xC30C3; \
+    bits = (bits | (bits << 2)) & 0x249249
+    for (; ray + 16 <= end; ray += 16) {
+        WARP_RT_COLUMNS((const float*)origins.data + 3 * (size_t)ray, o_x, o_y, o_z);
+        const floats p_x = (o_x - low[0]) * scale, p_y = (o_y - low[1]) * scale, p_z = (o_z - low[2]) * scale;
+        const floats total = p_x + p_y + p_z;
+        ints x = WARP_RT_CELL(p_x * CELLS), y = WARP_RT_CELL(p_y * CELLS), z = WARP_RT_CELL(p_z * CELLS);
+        WARP_RT_SPREAD(x);
+        WARP_RT_SPREAD(y);
+        WARP_RT_SPREAD(z);
+        const ints all = (total - total == 0.0f) & (x | (y << 1) | (z << 2));
+        for (int lane = 0; lane < 16; ++lane) {
+            const unsigned int code = all[lane];
+            ((unsigned long long*)keys_out.data)[ray + lane] = (unsigned long long)code << 32 | (ray + lane);
+            ++((int*)counts.data)[code & (RAY_DIGITS - 1)];
+        }
+    }
+}
+#endif
+    return ray;
+"""
+)
+
+
+@wp.func_native(spell_out(_CODE, CELLS=float(1 << int(RAY_CODE_BITS)), RAY_DIGITS=RAY_DIGITS))
+def code_sixteens(
+    origins: wp.array[wp.vec3],
+    low: wp.vec3,
+    scale: float,
+    begin: int,
+    end: int,
+    counts: wp.array[int],
+    keys_out: wp.array[wp.uint64],
+) -> int:
+    """Do what ``code_rays`` does for as many rays as make whole vectors; return the first one that is left."""
+    ...
+
+
 @wp.func
 def code_rays(
     origins: wp.array[wp.vec3],
@@ -65,7 +116,7 @@ def code_rays(
     keys_out: wp.array[wp.uint64],
 ):
     """Write the keys of the rays of a part, and count their lowest digit."""
-    for i in range(begin, end):
+    for i in range(code_sixteens(origins, low, scale, begin, end, counts, keys_out), end):
         key = wp.uint64(ray_code((origins[i] - low) * scale)) << wp.uint64(32) | wp.uint64(i)
         keys_out[i] = key
         counts[digit(key, 0)] += 1
