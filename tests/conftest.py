@@ -4,10 +4,16 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from warp_rt.errors import DeviceError
 from warp_rt.warp_setup import resolve_device
+
+# What the user's shell says of terminals, and a test's own process would hear. A test that means one sets it.
+for _name in ("FORCE_COLOR", "NO_COLOR", "COLUMNS", "LINES", "TERM"):
+    os.environ.pop(_name, None)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
