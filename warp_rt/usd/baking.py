@@ -73,7 +73,8 @@ def bake(source: Source, images: ImageCache) -> Baked:
             transform = onto_unit((across.span, upwards.span))
             from_image = np.linalg.inv(transform)
             evaluation = _Evaluation(images.images, size, from_image)
-    used = [row for texture in textures for row in _rows(texture)]
+    looked_up = _looked_up(source, set())
+    used = [row for texture in (*textures, *looked_up) for row in _rows(texture)]
 
     def made(column: int, row: int) -> int:
         key = f"{source.key} {transform.tolist()} {size} {column} {row} {beyond.border.tolist()}"
@@ -97,7 +98,7 @@ def bake(source: Source, images: ImageCache) -> Baked:
         bias=(red, green, blue, alpha),
     )
     rows = _rows(texture)
-    is_proven = all(beyond.fits) and is_common and all(leaf.texture is not None for leaf in leaves)
+    is_proven = all(beyond.fits) and is_common and not looked_up and all(leaf.texture is not None for leaf in leaves)
     return Baked(
         texture, size, beyond.spans, beyond.fits, is_proven, is_fine, sum(images.undefined(row) for row in rows)
     )
@@ -171,6 +172,8 @@ class _Evaluation:
     def _found(self, source: Source, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
         if source.computed is not None:
             arguments = [self._signal(argument, places, done) for argument in source.computed.arguments]
+            if source.computed.texture is not None:
+                return texture_values(source.computed.texture, self._images, arguments[0])
             with np.errstate(all="ignore"):
                 values = np.asarray(source.computed.function(*arguments), float)
             is_number = np.isfinite(values)
@@ -250,6 +253,16 @@ def _leaves(source: Source, seen: set[str]) -> Iterator[Source]:
     for argument in source.computed.arguments:
         if argument.source is not None and argument.value is None:
             yield from _leaves(argument.source, seen)
+
+
+def _looked_up(source: Source, seen: set[str]) -> list[Texture]:
+    """Return the textures that are read at computed places."""
+    if source.key in seen or source.computed is None:
+        return []
+    seen.add(source.key)
+    below = [argument.source for argument in source.computed.arguments if argument.source is not None]
+    found = [texture for one in below for texture in _looked_up(one, seen)]
+    return found if source.computed.texture is None else [*found, source.computed.texture]
 
 
 def _transform(textures: Sequence[Texture]) -> tuple[np.ndarray, bool]:

@@ -111,19 +111,28 @@ def cells(places: np.ndarray) -> np.ndarray:
 
 
 def worley(places: np.ndarray, jitter: np.ndarray) -> np.ndarray:
-    """Return the distance to the nearest of points, one a unit cell, by ``jitter`` off its middle: shape [n, 1]."""
-    place = np.ascontiguousarray(places.T)
-    cell = np.floor(place)
-    place = place - cell
+    """Return the distances to the three nearest of points, one a unit cell about each place and those beside it.
+
+    Args:
+        places: Shape [n, 2].
+        jitter: How far points may lie off the middles of their cells, shape [n, 1].
+
+    Returns:
+        Shape [n, 3], the nearest first.
+    """
+    cell = np.floor(places.T)
+    place = places.T - cell
 
     def points(at: np.ndarray) -> np.ndarray:
         return np.stack([_share(hashed(*at, np.full(at.shape[1], k))) for k in (0, 1)]) - 0.5
 
-    lattice, nearest = _Lattice(cell, (-1, 1), points), np.full(len(places), np.inf)
+    lattice, nearest = _Lattice(cell, (-1, 1), points), np.full((3, len(places)), np.inf)
     for step in itertools.product((-1, 0, 1), (-1, 0, 1)):
         away = lattice.at(step) * jitter.T + (np.add(step, 0.5)[:, None] - place)
-        nearest = np.minimum(nearest, away[0] ** 2 + away[1] ** 2)
-    return np.sqrt(nearest)[:, None]
+        found = away[0] ** 2 + away[1] ** 2
+        for k in range(3):
+            nearest[k], found = np.minimum(nearest[k], found), np.maximum(nearest[k], found)
+    return np.sqrt(nearest.T)
 
 
 def _share(bits: np.ndarray) -> np.ndarray:

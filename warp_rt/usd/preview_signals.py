@@ -11,7 +11,7 @@ import numpy as np
 from pxr import Sdf
 
 from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, OpacityMode
-from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, multiply
+from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, blend, multiply
 from warp_rt.usd.surface_inputs import InputReader
 
 _DEFAULTS = MATERIAL_DEFAULTS[MaterialModel.PREVIEW]
@@ -91,7 +91,7 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
             inputs[name] = first
             continue
         try:
-            inputs[name] = add(second, multiply(add(first, second, -1.0), share))
+            inputs[name] = blend(second, first, share)
         except DoesNotFold:
             lost.append(name)
             inputs[name] = second

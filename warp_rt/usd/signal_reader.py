@@ -12,7 +12,7 @@ Reference: UsdPreviewSurface Specification, sections on UsdUVTexture, UsdPrimvar
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import numbers
-from warp_rt.usd.color_spaces import color_space_of
+from warp_rt.usd.color_spaces import ColorSpace, color_space, color_space_of
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materialx_nodes import fold, is_known_node
 from warp_rt.usd.shading_network import (
@@ -32,7 +32,7 @@ from warp_rt.usd.shading_network import (
     read_numbers,
     read_token,
 )
-from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, multiply
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, apply_to_all, join, look_up, multiply
 from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, gltf_placement, transform_2d
 from warp_rt.usd.texture_nodes import TextureNodes
 
@@ -54,6 +54,10 @@ _IMAGE = re.compile(r"ND_(tiled)?image_(float|color3|color4|vector2|vector3|vect
 _IMAGE_SIZES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
 _GLTF_IMAGE = re.compile(r"ND_gltf_(image|colorimage|normalmap)(?:_(float|color3|color4|vector3))?(?:_.*)?")
 _OUTPUTS = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgba": (0, 1, 2, 3)}
+_COLOR_SETS = {"geomcolor_float": 1, "geomcolor_color3": 3, "geomcolor_color4": 4}
+_DECODING = re.compile(r"ND_([a-z0-9_]+)_to_lin_rec709_color[34]")
+_DISPLAYS = {"rec709_display": "g24_rec709"}
+_ONE = Signal.constant((1.0,))
 _MAX_CHAIN = 64  # nodes in a row
 
 
@@ -79,7 +83,7 @@ class SignalReader:
         self._textures = TextureNodes(images, time, report)
         self._time = time
         self._report = report
-        self._sources: dict[Sdf.Path, Source] = {}
+        self._textures_of: dict[Sdf.Path, Signal] = {}
         self._nodes: dict[tuple[Sdf.Path, str, Sdf.Path], Signal | None] = {}
         """What nodes give, by output and material: those that several lead to are read once."""
         self._chain: list[Sdf.Path] = []
@@ -150,12 +154,11 @@ class SignalReader:
         if own in _INPUTS:
             note_unknown_inputs(shader, own, _INPUTS[own], self._report)
         if name.startswith("UsdUVTexture"):
-            source = self._uv_texture(shader, material)
-            return Signal.of(source, CHANNELS).pick(_OUTPUTS.get(node.output, (0, 1, 2)))
+            return self._uv_texture(shader, material).pick(_OUTPUTS.get(node.output, (0, 1, 2)))
         image = _IMAGE.fullmatch(node.id)
         if image:
-            source = self._image(shader, material, is_color="color" in image[2], is_tiled=bool(image[1]))
-            return Signal.of(source, _IMAGE_SIZES[image[2]])
+            found = self._image(shader, material, is_color="color" in image[2], is_tiled=bool(image[1]))
+            return found.pick(range(_IMAGE_SIZES[image[2]]))
         image = _GLTF_IMAGE.fullmatch(node.id)
         if image:
             return self._gltf_image(node, image[1], image[2] or "color4", material)
@@ -169,6 +172,21 @@ class SignalReader:
             given = self._follow(shader.GetInput("in"), material, (2,)) or Signal.constant((0.0, 0.0))
             matrix = transform_2d(shader, self._time, self._report)
             return given.resized(2).map(matrix[:2, :2], matrix[:2, 2])
+        if node.id in ("ND_hextiledimage_color3", "ND_hextiledimage_color4"):
+            return self._scattered(shader, material).pick(range(_IMAGE_SIZES[node.id.rpartition("_")[2]]))
+        if name.startswith("blur_"):
+            message = f"the node {node.id!r} is left out: what comes in is not blurred"
+            self._report.warn(UNKNOWN_NODE, shader.GetPath(), message)
+            return self._follow(shader.GetInput("in"), material, (1, 2, 3, 4))
+        if name in _COLOR_SETS and not read_constant(shader, "index", self._time, self._report):
+            return self._color_set(_COLOR_SETS[name])
+        if name in ("frame_float", "time_float"):
+            return self._when(shader, is_frame=name == "frame_float")
+        decoded = _DECODING.fullmatch(node.id)
+        space = color_space(_DISPLAYS.get(decoded[1], decoded[1])) if decoded else None
+        if space is not None:
+            given = self._follow(shader.GetInput("in"), material, (1, 3, 4)) or Signal.constant((0.0, 0.0, 0.0))
+            return _linear(given, space)
         if node.id in _PASSING_ON:
             return self._follow(shader.GetInput(_PASSING_ON[node.id]), material, (1, 2, 3, 4))
 
@@ -182,7 +200,18 @@ class SignalReader:
             node.id, node.output, read_input, lambda given: read_token(shader, given, self._time, self._report) or ""
         )
 
+    def _when(self, shader: UsdShade.Shader, *, is_frame: bool) -> Signal:
+        """Return the frame that is read, or its time; 0 at no time."""
+        frame = 0.0 if self._time.IsDefault() else self._time.GetValue()
+        rate = (read_numbers(shader, "fps", (1,), self._time, self._report) or (24.0,))[0]
+        return Signal.constant((frame if is_frame or rate == 0.0 else frame / rate,))
+
     # --- primvars
+
+    def _color_set(self, size: int) -> Signal:
+        """Return displayColor, which is the first set of colours of a mesh; of four components with an alpha of 1."""
+        found = Signal.of(_primvar_source("displayColor", (0.0, 0.0, 0.0)), min(size, 3))
+        return join([found, _ONE]) if size == 4 else found
 
     def _primvar(self, shader: UsdShade.Shader, size: int, material: Usd.Prim) -> Signal:
         name = self._varname(shader)
@@ -214,34 +243,62 @@ class SignalReader:
 
     # --- textures
 
-    def _uv_texture(self, shader: UsdShade.Shader, material: Usd.Prim) -> Source:
-        path = shader.GetPath()
-        if path not in self._sources:
-            coordinates = self._coordinates(shader.GetInput("st"), shader, material)
-            self._sources[path] = self._textures.uv_texture(shader, coordinates)
-        return self._sources[path]
+    def _texture(
+        self, shader: UsdShade.Shader, port: UsdShade.Input, material: Usd.Prim, make: Callable[[Coordinates], Source]
+    ) -> Signal:
+        """Return all four components that a node gives which reads an image.
 
-    def _image(self, shader: UsdShade.Shader, material: Usd.Prim, *, is_color: bool, is_tiled: bool) -> Source:
+        Args:
+            shader: The node.
+            port: Its texture coordinates; MaterialX's nodes have ``st`` without.
+            material: The material's prim.
+            make: Gives the texture at texture coordinates.
+        """
         path = shader.GetPath()
-        if path not in self._sources:
-            texcoord = shader.GetInput("texcoord")
-            coordinates = self._coordinates(texcoord, shader, material) if texcoord else Coordinates()
-            self._sources[path] = self._textures.image(shader, coordinates, is_color=is_color, is_tiled=is_tiled)
-        return self._sources[path]
+        if path not in self._textures_of:
+            is_given = port or not (shader.GetShaderId() or "").startswith("ND_")
+            place = self._coordinates(port, shader, material) if is_given else Coordinates()
+            self._textures_of[path] = (
+                look_up(make(Coordinates()), place) if isinstance(place, Signal) else Signal.of(make(place), CHANNELS)
+            )
+        return self._textures_of[path]
+
+    def _uv_texture(self, shader: UsdShade.Shader, material: Usd.Prim) -> Signal:
+        return self._texture(
+            shader, shader.GetInput("st"), material, lambda place: self._textures.uv_texture(shader, place)
+        )
+
+    def _image(self, shader: UsdShade.Shader, material: Usd.Prim, *, is_color: bool, is_tiled: bool) -> Signal:
+        def make(place: Coordinates) -> Source:
+            return self._textures.image(shader, place, is_color=is_color, is_tiled=is_tiled)
+
+        return self._texture(shader, shader.GetInput("texcoord"), material, make)
+
+    def _scattered(self, shader: UsdShade.Shader, material: Usd.Prim) -> Signal:
+        """Return the image of a hextiledimage, repeated; that its hexagons are not scattered is told."""
+
+        def make(place: Coordinates) -> Source:
+            repeats = np.resize(read_numbers(shader, "tiling", (1, 2), self._time, self._report) or (1.0,), 2)
+            moved = replace(place, transform=np.diag((*repeats, 1.0)) @ place.transform)
+            return self._textures.image(shader, moved, is_color=True, is_tiled=False)
+
+        message = f"the node {shader.GetShaderId()!r} is approximated by the image, repeated"
+        self._report.warn(UNKNOWN_NODE, shader.GetPath(), message)
+        return self._texture(shader, shader.GetInput("texcoord"), material, make)
 
     def _gltf_image(self, node: Node, role: str, kind: str, material: Usd.Prim) -> Signal:
         """Return what an image node of glTF gives: an image, moved, times factors; or a normal of one."""
         shader = node.shader
-        path = shader.GetPath()
-        if path not in self._sources:
-            texcoord = shader.GetInput("texcoord")
-            index = read_constant(shader, "uvindex", self._time, self._report)
-            plain = Coordinates(coordinate_name(index))
-            coordinates = self._coordinates(texcoord, shader, material) if texcoord else plain
-            moved = gltf_placement(shader, self._time, self._report) @ coordinates.transform
-            placed = replace(coordinates, transform=moved)
-            self._sources[path] = self._textures.image(shader, placed, is_color="color" in kind, is_tiled=False)
-        found = Signal.of(self._sources[path], _IMAGE_SIZES[kind])
+        index = read_constant(shader, "uvindex", self._time, self._report)
+
+        def make(place: Coordinates) -> Source:
+            if not shader.GetInput("texcoord"):
+                place = Coordinates(coordinate_name(index))
+            moved = gltf_placement(shader, self._time, self._report) @ place.transform
+            placed = replace(place, transform=moved)
+            return self._textures.image(shader, placed, is_color="color" in kind, is_tiled=False)
+
+        found = self._texture(shader, shader.GetInput("texcoord"), material, make).pick(range(_IMAGE_SIZES[kind]))
         if role == "normalmap":
             return found.map(2 * np.eye(3), -1.0)
         for name in ("factor",) if role == "image" else ("color", "geomcolor"):
@@ -250,24 +307,23 @@ class SignalReader:
         parts = {"outcolor": (0, 1, 2), "outa": (3,)}.get(node.output)
         return found.pick(parts) if parts else found
 
-    def _coordinates(self, port: UsdShade.Input | None, shader: UsdShade.Shader, material: Usd.Prim) -> Coordinates:
-        """Return where an ``st`` input leads to, through whatever moves it about."""
+    def _coordinates(
+        self, port: UsdShade.Input | None, shader: UsdShade.Shader, material: Usd.Prim
+    ) -> Coordinates | Signal:
+        """Return where an ``st`` input leads to, through whatever moves it about; a signal where that is computed."""
         try:
             found = self._follow(port, material, (2,))
         except _Unfolded as error:
             self._warn_coordinates(error.node)
             return Coordinates()
         value = Signal.constant((0.0, 0.0)).value if found is None else found.value
-        if found is None or value is not None:
+        if found is None or found.source is None or value is not None:
             u, v = value[:2] if value and len(value) > 1 else (0.0, 0.0)
             self._report.warn(NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used")
             return Coordinates.constant(u, v)
         source = found.source
-        if source is None or source.texture is not None or source.computed is not None:
-            at = find_source(port, self._report) if port else None
-            if isinstance(at, Node):
-                self._warn_coordinates(at)
-            return Coordinates()
+        if source.texture is not None or source.computed is not None:
+            return found.resized(2)
         u, v = source.fallback[:2] if len(source.fallback) > 1 else (0.0, 0.0)
         rows = found.resized(2).matrix[:, [0, 1, -1]]
         return Coordinates(source.primvar, (u, v), np.vstack([rows, [0.0, 0.0, 1.0]]))
@@ -285,3 +341,14 @@ class SignalReader:
 
 def _primvar_source(name: str, fallback: tuple[float, ...]) -> Source:
     return Source(f"primvar {name} {fallback}", primvar=name, fallback=fallback)
+
+
+def _linear(color: Signal, space: ColorSpace) -> Signal:
+    """Return a colour of a space in linear Rec. 709, below 0 as 0; alpha stays."""
+
+    def decoded(values: np.ndarray) -> np.ndarray:
+        return space.to_linear(np.maximum(values, 0.0))
+
+    decoded.__name__ = f"decoded from {space}"  # tells all about it, as ``apply`` asks for
+    result = apply_to_all(decoded, 3, color.resized(max(color.size, 3)).pick(range(3)))
+    return join([result, color.pick([3])]) if color.size == 4 else result

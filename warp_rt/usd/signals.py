@@ -134,6 +134,8 @@ class Field:
     function: Callable[..., np.ndarray]
     """Of the values of each argument, float64, shape [n, k], to at most four components, shape [n, m]."""
     arguments: tuple[Signal, ...]
+    texture: Texture | None = None
+    """What is read at the one argument's places, by ``baking``, which has the images; the function is not asked."""
 
 
 def join(parts: Sequence[Signal]) -> Signal:
@@ -180,6 +182,15 @@ def multiply(a: Signal, b: Signal) -> Signal:
     return Signal(a.matrix * b.constant_value()[:, None], a.source)
 
 
+def blend(start: Signal, end: Signal, share: Signal) -> Signal:
+    """Return start + share (end - start), component by component.
+
+    Raises:
+        DoesNotFold: They are functions of different things.
+    """
+    return add(start, multiply(add(end, start, -1.0), share))
+
+
 def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
     """Return any function, component by component.
 
@@ -208,11 +219,26 @@ def apply_to_all(function: Callable[..., np.ndarray], size: int, *arguments: Sig
     return Signal.constant(np.asarray(values, float).tolist())
 
 
+def look_up(source: Source, place: Signal) -> Signal:
+    """Return what a texture gives at places that are computed, all four components.
+
+    Raises:
+        DoesNotFold: The places are functions of different things.
+    """
+    return _field(_places, (place,), CHANNELS, source)
+
+
+def _places(place: np.ndarray) -> np.ndarray:
+    return place
+
+
 def _joined(*parts: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-def _field(function: Callable[..., np.ndarray], arguments: Sequence[Signal], size: int) -> Signal:
+def _field(
+    function: Callable[..., np.ndarray], arguments: Sequence[Signal], size: int, texture: Source | None = None
+) -> Signal:
     """Return a function of signals that are all functions of one set of texture coordinates.
 
     Raises:
@@ -223,8 +249,12 @@ def _field(function: Callable[..., np.ndarray], arguments: Sequence[Signal], siz
     found = next(iter(coordinates), None)
     if len(coordinates) != 1 or found is None or size > CHANNELS:
         raise DoesNotFold
-    said = f"{getattr(function, '__module__', '')}.{function.__name__} {[argument.key for argument in arguments]}"
+    read = "" if texture is None else texture.key
+    said = (
+        f"{read} {getattr(function, '__module__', '')}.{function.__name__} {[argument.key for argument in arguments]}"
+    )
     key = hashlib.blake2b(said.encode(), digest_size=16).hexdigest()
     primvar, fallback = found
-    source = Source(key, primvar=primvar, fallback=fallback, computed=Field(function, tuple(arguments)))
+    made = Field(function, tuple(arguments), None if texture is None else texture.texture)
+    source = Source(key, primvar=primvar, fallback=fallback, computed=made)
     return Signal.of(source, size)

@@ -1,0 +1,292 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""MaterialX's nodes of constants and of texture coordinates: against the specification's formulas, in float64."""
+
+from __future__ import annotations
+
+import colorsys
+
+import numpy as np
+import pytest
+from PIL import Image as PilImage
+from pxr import Usd, UsdShade
+
+from warp_rt.report import Report
+from warp_rt.scene.texture_values import texture_values
+from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.noise import cells, perlin, perlin_vector, worley
+from warp_rt.usd.surface_inputs import InputReader
+
+
+def node(name: str, identifier: str, *lines: str) -> str:
+    body = "\n".join((f'uniform token info:id = "{identifier}"', *lines, "float outputs:out"))
+    return f'def Shader "{name}" {{\n{body}\n}}\n'
+
+
+def number(name: str, *values: float) -> str:
+    kind, values = "float" if len(values) == 1 else f"float{len(values)}", tuple(map(float, values))
+    return f"{kind} inputs:{name} = {values if len(values) > 1 else values[0]}"
+
+
+def read(nodes: str, spots=((0.0, 0.0),), count: int = 3, time: float | None = None):
+    """Return the values of node N at texture coordinates, shape [n, count], and the codes of what was told."""
+    stage = Usd.Stage.CreateInMemory()
+    wire = "color3f inputs:x.connect = </M/N.outputs:out>"
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Material "M" {{\ndef Shader "S" {{\n{wire}\n}}\n{nodes}\n}}')
+    report = Report()
+    images = ImageCache(report)
+    code = Usd.TimeCode.Default() if time is None else Usd.TimeCode(time)
+    reader = InputReader(images, code, report)
+    port = UsdShade.Shader(stage.GetPrimAtPath("/M/S")).GetInput("x")
+    found = reader.read(port, count, stage.GetPrimAtPath("/M"))
+    codes = [d.code for d in report]
+    if found is None:
+        return None, codes
+    if found.texture < 0:
+        return np.tile(found.value[:count], (len(spots), 1)), codes
+    values = texture_values(reader.textures[found.texture], images.images, np.array(spots, float))
+    return (values[:, [found.channel] * count] if found.channel >= 0 else values[:, :count]), codes
+
+
+FG, BG = np.array((0.2, 0.5, 0.7, 0.6)), np.array((0.9, 0.1, 0.4, 0.5))
+F, B, A, K = FG[:3], BG[:3], 0.6, 0.5
+MIX = 0.25
+OVERLAID = np.where(B >= 0.5, 1 - 2 * (1 - F) * (1 - B), 2 * F * B)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("overlay", OVERLAID),
+        ("burn", 1 - (1 - B) / F),
+        ("dodge", B / (1 - F)),
+        ("in", F * K),
+        ("out", F * (1 - K)),
+        ("mask", B * A),
+        ("over", F + B * (1 - A)),
+        ("matte", F * A + B * (1 - A)),
+        ("disjointover", F + B * (1 - A) / K),
+    ],
+)
+def test_compositing(name, expected):
+    lines = (number("fg", *FG), number("bg", *BG), number("mix", MIX))
+    (value,), codes = read(node("N", f"ND_{name}_color4", *lines))
+    np.testing.assert_allclose(value, MIX * expected + (1 - MIX) * B, rtol=1e-6)
+    assert codes == []
+
+
+@pytest.mark.parametrize(("name", "divisor"), [("burn", 0.0), ("dodge", 1.0)])
+def test_burn_and_dodge_by_0_are_0(name, divisor):
+    (value,), codes = read(node("N", f"ND_{name}_float", number("fg", divisor), number("bg", 0.5)), count=1)
+    assert (value.tolist(), codes) == ([0.0], [])
+
+
+def graded(color, hue, saturation, gamma, lift, gain, contrast, pivot, exposure):
+    h, s, v = colorsys.rgb_to_hsv(*color)
+    color = np.array(colorsys.hsv_to_rgb((h + hue) % 1, s, v))
+    grey = color @ (0.2722287, 0.6740818, 0.0536895)
+    color = (grey + saturation * (color - grey)) ** (1 / gamma)
+    color = (color * (1 - lift) + lift) * gain
+    return ((color - pivot) * contrast + pivot) * 2**exposure
+
+
+def test_colour_correction():
+    values = {
+        "hue": 0.1, "saturation": 0.8, "gamma": 2.0, "lift": 0.1, "gain": 1.5, "contrast": 1.2,
+        "contrastpivot": 0.4, "exposure": 0.5,
+    }  # fmt: skip
+    lines = [number(name, value) for name, value in values.items()]
+    (value,), codes = read(node("N", "ND_colorcorrect_color3", number("in", *F), *lines))
+    np.testing.assert_allclose(value, graded(F, *values.values()), rtol=1e-5)
+    assert codes == []
+
+
+def turned(vector, axis, degrees):
+    """Rodrigues' formula for rows times matrices, as MaterialX has it."""
+    axis, angle = np.array(axis) / np.linalg.norm(axis), np.radians(degrees)
+    return (
+        np.array(vector) * np.cos(angle)
+        + np.cross(vector, axis) * np.sin(angle)
+        + axis * (axis @ vector) * (1 - np.cos(angle))
+    )
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines", "expected"),
+    [
+        ("trianglewave_float", (number("in", 0.3),), 0.3),
+        ("trianglewave_float", (number("in", -0.8),), 0.2),
+        ("trianglewave_float", (number("in", 7.5),), 0.5),
+        ("ifgreater_boolean", (number("value1", 2), number("value2", 1)), 1),
+        ("ifgreatereq_boolean", (number("value1", 1), number("value2", 1)), 1),
+        ("ifequal_booleanI", (number("value1", 1), number("value2", 2)), 0),
+        ("logical_and", ("bool inputs:in1 = 1", "bool inputs:in2 = 0"), 0),
+        ("logical_or", ("bool inputs:in1 = 1", "bool inputs:in2 = 0"), 1),
+        ("logical_xor", ("bool inputs:in1 = 1", "bool inputs:in2 = 1"), 0),
+        ("logical_not", ("bool inputs:in = 0",), 1),
+        ("rotate3d_vector3", (number("in", 1, 2, 3), number("amount", 30), number("axis", 1, 1, 0)),
+         turned((1, 2, 3), (1, 1, 0), 30)),
+        ("rotate3d_vector3", (number("in", 1, 0, 0), number("amount", 90)), (0, 0, 1)),
+        ("randomfloat_integer", ("int inputs:in = 7", "int inputs:seed = 3"), cells(np.array([(7.0, 3.0)]))[0, 0]),
+        ("randomfloat_float", (number("in", 0.5), "int inputs:seed = 3", number("min", 2), number("max", 4)),
+         2 + 2 * cells(np.array([(2048.0, 3.0)]))[0, 0]),
+        ("g22_rec709_to_lin_rec709_color3", (number("in", *F),), F**2.2),
+        ("rec709_display_to_lin_rec709_color3", (number("in", *F),), F**2.4),
+        ("srgb_texture_to_lin_rec709_color3", (number("in", *F),), ((F + 0.055) / 1.055) ** 2.4),
+        # ACES' own matrix, of Bradford's adaptation, to three places.
+        ("acescg_to_lin_rec709_color3", (number("in", *F),),
+         np.array([[1.705, -0.622, -0.083], [-0.130, 1.141, -0.011], [-0.024, -0.129, 1.153]]) @ F),
+    ],
+)  # fmt: skip
+def test_of_constants(identifier, lines, expected):
+    (value,), codes = read(node("N", f"ND_{identifier}", *lines))
+    size = np.size(expected)
+    np.testing.assert_allclose(value[:size], np.reshape(expected, size), atol=2e-3 if "acescg" in identifier else 1e-5)
+    assert codes == []
+
+
+@pytest.mark.parametrize(("identifier", "expected"), [("ND_frame_float", 48.0), ("ND_time_float", 2.0)])
+def test_the_frame_and_its_time(identifier, expected):
+    (value,), codes = read(node("N", identifier), count=1, time=48.0)
+    assert (value.tolist(), codes) == ([expected], [])
+
+
+# --- of texture coordinates
+
+SPOTS = np.random.default_rng(5).uniform(0.02, 0.98, (200, 2))
+S, T = SPOTS.T
+STOPS = (0.1, 0.4, 0.8)
+COLORS = np.array([(0.9, 0.1, 0.2, 1), (0.1, 0.8, 0.3, 0.5), (0.2, 0.3, 0.7, 0.25)])
+
+
+def ramp(place, share):
+    """The ramp's definition, interval by interval: before the first stop the first colour holds."""
+    result = np.tile(COLORS[0, :3], (len(place), 1))
+    for k in range(2):
+        part = np.array([share(p, STOPS[k], STOPS[k + 1]) for p in place])[:, None]
+        mixed = COLORS[k, :3] * (1 - part) + COLORS[k + 1, :3] * part
+        result = np.where((place > STOPS[k])[:, None], mixed, result)
+    return result
+
+
+def straight(p, low, high):
+    return np.clip((p - low) / (high - low), 0, 1)
+
+
+def smooth(p, low, high):
+    x = straight(p, low, high)
+    return x * x * (3 - 2 * x)
+
+
+@pytest.mark.parametrize(
+    ("kind", "place"),
+    [
+        (0, S),
+        (1, np.arctan2(S - 0.5, T - 0.5) / (2 * np.pi) + 0.5),
+        (2, 1.414 * np.hypot(S - 0.5, T - 0.5)),
+        (3, 2 * np.maximum(np.abs(S - 0.5), np.abs(T - 0.5))),
+    ],
+    ids=["straight", "about", "away", "squares"],
+)
+@pytest.mark.parametrize(("interpolation", "share"), [(0, straight), (1, smooth)])
+def test_ramps_of_many_stops(kind, place, interpolation, share):
+    lines = [f"int inputs:type = {kind}", f"int inputs:interpolation = {interpolation}", "int inputs:num_intervals = 3"]
+    for k in range(3):
+        lines += [number(f"interval{k + 1}", STOPS[k]), number(f"color{k + 1}", *COLORS[k])]
+    values, codes = read(node("N", "ND_ramp", *lines), SPOTS)
+    is_seam = (kind == 1) & (np.abs(S - 0.5) < 0.01) & (T < 0.5)  # where the turn ends and begins
+    np.testing.assert_allclose(values[~is_seam], ramp(place, share)[~is_seam], atol=4e-3)
+    assert codes == ["N938"]
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines", "distance"),
+    [
+        ("circle_float", (number("center", 0.5, 0.25), number("radius", 0.3)), np.hypot(S - 0.5, T - 0.25) - 0.3),
+        ("line_float", (number("point1", 0.2, 0.3), number("point2", 0.2, 0.7), number("radius", 0.15)),
+         np.hypot(S - 0.2, T - np.clip(T, 0.3, 0.7)) - 0.15),
+    ],
+)  # fmt: skip
+def test_shapes(identifier, lines, distance):
+    """1 within and 0 without, to within a texel of the edge."""
+    values, codes = read(node("N", f"ND_{identifier}", *lines), SPOTS, count=1)
+    is_clear = np.abs(distance) > 2 / 1024
+    np.testing.assert_allclose(values[is_clear, 0], distance[is_clear] < 0, atol=1e-6)
+    assert codes == ["N938"]
+
+
+PLACES = SPOTS * (3, 5)
+OTHER = perlin(np.add(PLACES, (19, 73)))
+
+
+@pytest.mark.parametrize(
+    ("identifier", "expected", "lines"),
+    [
+        ("noise2d_vector2", perlin_vector(PLACES)[:, :2], ()),
+        ("noise2d_color4", np.hstack([perlin_vector(PLACES), OTHER]), ()),
+        ("worleynoise2d_vector3", worley(PLACES, np.ones((200, 1))), ()),
+        ("unifiednoise2d_float", 0.5 + 0.5 * perlin(PLACES), ("int inputs:type = 0",)),
+        ("unifiednoise2d_float", worley(PLACES, np.ones((200, 1)))[:, :1].clip(0, 1), ("int inputs:type = 2",)),
+    ],
+)
+def test_noises_of_several_components(identifier, expected, lines):
+    """To twice 1/2048 of what lies between least and greatest, or a texel of 1024 of a slope of 5."""
+    place = node("C", "ND_texcoord_vector2") + node(
+        "P", "ND_multiply_vector2", "float2 inputs:in1.connect = </M/C.outputs:out>", number("in2", 3, 5)
+    )
+    wire = "float2 inputs:texcoord.connect = </M/P.outputs:out>"
+    count = min(expected.shape[1], 3)
+    values, codes = read(place + node("N", f"ND_{identifier}", wire, *lines), SPOTS, count=3)
+    np.testing.assert_allclose(values[:, :count], expected[:, :count], atol=5 / 1024)
+    assert codes == ["N938"]
+
+
+def test_images_are_read_at_computed_places(tmp_path):
+    """An image of 2 x 2 texels at st + 0.3 sin(2 pi t) across."""
+    texels = np.array([[10, 90], [170, 250]], np.uint8)
+    PilImage.fromarray(texels).save(tmp_path / "image.png")
+    nodes = node("C", "ND_texcoord_vector2") + node(
+        "Y", "ND_extract_vector2", "float2 inputs:in.connect = </M/C.outputs:out>", "int inputs:index = 1"
+    )
+    nodes += node("W", "ND_multiply_float", "float inputs:in1.connect = </M/Y.outputs:out>", number("in2", 2 * np.pi))
+    nodes += node("Z", "ND_sin_float", "float inputs:in.connect = </M/W.outputs:out>")
+    nodes += node("D", "ND_multiply_float", "float inputs:in1.connect = </M/Z.outputs:out>", number("in2", 0.3))
+    nodes += node("V", "ND_combine2_vector2", "float inputs:in1.connect = </M/D.outputs:out>")
+    nodes += node(
+        "P", "ND_add_vector2", *(f"float2 inputs:in{k}.connect = </M/{x}.outputs:out>" for k, x in ((1, "C"), (2, "V")))
+    )
+    modes = [f'string inputs:{axis}addressmode = "clamp"' for axis in "uv"]
+    wire = "float2 inputs:texcoord.connect = </M/P.outputs:out>"
+    file = f"asset inputs:file = @{(tmp_path / 'image.png').as_posix()}@"
+    values, codes = read(nodes + node("N", "ND_image_float", file, wire, *modes), SPOTS, count=1)
+    share_x = np.clip((S + 0.3 * np.sin(2 * np.pi * T)) * 2 - 0.5, 0, 1)
+    share_y = np.clip(T * 2 - 0.5, 0, 1)
+    bottom, top = (row[0] * (1 - share_x) + row[1] * share_x for row in (texels[1] / 255, texels[0] / 255))
+    np.testing.assert_allclose(values[:, 0], bottom * (1 - share_y) + top * share_y, atol=3e-3)
+    assert codes == ["N938"]
+
+
+# --- what is approximated, and what is told
+
+
+def test_a_blur_is_left_out_and_told():
+    (value,), codes = read(node("N", "ND_blur_color3", number("in", *F), number("size", 0.1)))
+    np.testing.assert_allclose(value, F, rtol=1e-6)
+    assert codes == ["W303"]
+
+
+def test_hexagons_are_the_image_repeated_and_told(tmp_path):
+    texels = np.random.default_rng(2).integers(0, 256, (4, 4, 3)).astype(np.uint8)
+    PilImage.fromarray(texels).save(tmp_path / "image.png")
+    lines = (
+        f'asset inputs:file = @{(tmp_path / "image.png").as_posix()}@ (colorSpace = "raw")',
+        number("tiling", 2, 3),
+    )
+    values, codes = read(node("N", "ND_hextiledimage_color3", *lines), [((1.375 / 2), (2.625 / 3))])
+    np.testing.assert_allclose(values[0], texels[1, 1] / 255, atol=1e-6)
+    assert codes == ["W303"]
+
+
+@pytest.mark.parametrize("identifier", ["ND_noise3d_float", "ND_position_vector3", "ND_triplanarprojection_float"])
+def test_what_needs_a_place_in_space_is_told(identifier):
+    assert read(node("N", identifier)) == (None, ["W303"])
