@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The wheel is whole: built from a clean copy, installed elsewhere, rendering from a third folder."""
+"""The wheel is whole: built from a clean copy, installed elsewhere, rendering from a third folder. So is the sdist."""
 
 import json
 import os
@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -20,16 +21,21 @@ IGNORED = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "di
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel, built in a copy of the checkout so that nothing stale and nothing new is in either."""
+def built(tmp_path_factory):
+    """A folder with the sdist, made of a copy of the checkout so that nothing stale is in it, and the wheel of it."""
     copy = tmp_path_factory.mktemp("source") / "warp_rt"
     shutil.copytree(ROOT, copy, symlinks=True, ignore=IGNORED)
-    target = tmp_path_factory.mktemp("wheel")
-    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(target), str(copy)]
+    target = tmp_path_factory.mktemp("built")
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(target), str(copy)]
     result = subprocess.run(command, capture_output=True, text=True, cwd=target)
     assert result.returncode == 0, result.stdout + result.stderr
-    (built,) = target.glob("*.whl")
-    return built
+    return target
+
+
+@pytest.fixture(scope="module")
+def wheel(built):
+    (path,) = built.glob("*.whl")
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +62,18 @@ def test_wheel_holds_every_source_file(wheel):
     assert len(device) > 10
     wanted = host | device | {"warp_rt/py.typed", "warp_rt/kernels/py.typed", "warp_rt/upload/specular_albedo.npy"}
     assert {name for name in names if name.startswith("warp_rt/")} == wanted
+
+
+def test_sdist_holds_the_whole_project(built):
+    """So that the README's commands, the tests and the links of the documents work from it."""
+    (path,) = built.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    folders = ("benchmarks", "docs", "examples", "kernels", "scenes", "tests", "warp_rt")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
+    wanted = {path.relative_to(ROOT).as_posix() for path in files if "__pycache__" not in path.parts}
+    wanted |= {path.name for path in ROOT.glob("*.md")} | {"LICENSE", "CITATION.cff", "pyproject.toml"}
+    assert {name for name in wanted if not name.startswith("warp_rt/kernels/")} <= names
 
 
 def test_wheel_installs_one_top_level_package(wheel):
