@@ -218,6 +218,57 @@ def test_the_stage_is_left_as_it_was() -> None:
     assert tuple(UsdGeom.Mesh(stage.GetPrimAtPath("/root/m")).GetPointsAttr().Get()[1]) == (2, 0, 0)
 
 
+@pytest.mark.parametrize(
+    ("kind", "interpolation", "count", "at_ends"),
+    [
+        ("linear", "vertex", 4, True),
+        ("linear", "varying", 4, True),
+        ("linear", "uniform", 1, True),
+        ("linear", "constant", 1, True),
+        ("cubic", "vertex", 4, True),
+        ("cubic", "varying", 2, True),
+        ("bspline", "varying", 2, False),  # which stand at the inner points, and these at one joint each
+    ],
+)
+def test_normals_of_ribbons_turn_with_their_joints(kind: str, interpolation: str, count: int, at_ends: bool) -> None:
+    """A strand along x: its far half turns by 90 degrees about z, and with it normals that are along y."""
+    basis = 'uniform token basis = "bspline"' if kind == "bspline" else ""
+    strand = f"""
+        uniform token type = "{"linear" if kind == "linear" else "cubic"}"
+        {basis}
+        point3f[] points = [(0, 0, 0), (0.5, 0, 0), (1.5, 0, 0), (2, 0, 0)]
+        int[] curveVertexCounts = [4]
+        float[] widths = [0.1] (interpolation = "constant")
+        normal3f[] normals = [{", ".join(["(0, 1, 0)"] * count)}] (interpolation = "{interpolation}")
+        {JOINTS.replace("[0, 1, 1, 0]", "[0, 0, 1, 1]")}
+    """
+    scene = load_stage(stage_of(f'def BasisCurves "m" ({BOUND}) {{ {strand}\n}}'))
+    mesh = scene.meshes[0]
+    normals = mesh.normals.values
+    sides = np.abs(np.diff(mesh.points.reshape(-1, 2, 3), axis=1)[[0, -1], 0])
+    if at_ends:  # the strand runs along x, then along y; normals are y, then -x, and across both is z
+        np.testing.assert_allclose(normals[[0, -1]], [(0, 1, 0), (-1, 0, 0)], atol=1e-6)
+        np.testing.assert_allclose(sides, [(0, 0, 0.1)] * 2, atol=1e-6)
+    else:  # y and -x without their part along the tangents, which are those of (0, 0), (1/2, 0), (1, 1/2), (1, 1)
+        np.testing.assert_allclose(normals[[0, -1]], np.array([(-1, 2, 0), (-2, 1, 0)]) / 5**0.5, atol=1e-6)
+
+
+def test_normals_of_a_patch_that_joints_bend_are_its_own_and_that_is_told() -> None:
+    patch = """
+        int uVertexCount = 2
+        int vVertexCount = 2
+        int uOrder = 2
+        int vOrder = 2
+        double[] uKnots = [0, 0, 1, 1]
+        double[] vKnots = [0, 0, 1, 1]
+        point3f[] points = [(0, 0, 0), (2, 0, 0), (2, 0, 1), (0, 0, 1)]
+        normal3f[] normals = [(0, 1, 0), (0, 1, 0), (0, 1, 0), (0, 1, 0)]
+    """
+    for joints, told in (("", []), (JOINTS, ["N915"])):
+        scene = load_stage(stage_of(f'def NurbsPatch "m" ({BOUND}) {{ {patch} {joints}\n}}'))
+        assert [record.code for record in scene.diagnostics if record.prim == "/root/m"] == told
+
+
 def test_influences_of_curves_that_do_not_fit_are_told_too() -> None:
     strand = """
         point3f[] points = [(0, 0, 0), (2, 0, 0)]

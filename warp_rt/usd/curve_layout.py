@@ -34,6 +34,13 @@ class Blend:
         own = np.arange(blended.shape[0] * blended.shape[1], dtype=np.int32)
         return Primvar(blended.reshape(-1, blended.shape[2]), own.reshape(blended.shape[:2]))
 
+    def heaviest(self, end: int) -> np.ndarray:
+        """Return which value weighs most in each shape's first (0) or last (-1) coefficient: int64, shape [n]."""
+        if self.weights is None:
+            return self.rows[:, end]
+        column = self.weights[:, end].argmax(axis=1)
+        return np.asarray(np.take_along_axis(self.rows, column[:, None], axis=1)[:, 0])
+
     def __getitem__(self, kept: np.ndarray) -> Blend:
         return Blend(self.rows[kept], None if self.weights is None else self.weights[kept])
 
@@ -66,6 +73,19 @@ class ShapeLayout:
         if interpolation == "uniform":
             return Primvar(values, rows[self.curve][:, None].astype(np.int32))
         return (self.vertex if interpolation == "vertex" else self.varying).primvar(values, indices)
+
+    def point_of_varying(self, count: int) -> np.ndarray:
+        """Return the prim's point that each of ``count`` varying values stands next to: int64, shape [count]."""
+        points = np.zeros(count, np.int64)
+        for end in (0, -1):
+            points[self.varying.rows[:, end]] = self.vertex.heaviest(end)
+        return points
+
+    def curve_of_point(self, count: int) -> np.ndarray:
+        """Return the curve of each of the prim's ``count`` points: int64, shape [count]; 0 where it is not drawn."""
+        curves = np.zeros(count, np.int64)
+        curves[self.vertex.rows] = self.curve[:, None]
+        return curves
 
     def __getitem__(self, kept: np.ndarray) -> ShapeLayout:
         return ShapeLayout(self.counts, self.controls[kept], self.vertex[kept], self.varying[kept], self.curve[kept])

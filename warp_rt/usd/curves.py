@@ -4,16 +4,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
-from warp_rt.scene import ShapeKind, Shapes
+from warp_rt.scene import Primvar, ShapeKind, Shapes
 from warp_rt.usd.arrays import float_rows, integers, vector_rows
 from warp_rt.usd.basis_curves import BAD_CURVES, lay_out_basis_curves
 from warp_rt.usd.curve_layout import ShapeLayout, lay_out_points, lay_out_polylines
 from warp_rt.usd.hermite_curves import lay_out_hermite_curves
-from warp_rt.usd.mesh import EMPTY, read_normals
+from warp_rt.usd.mesh import EMPTY, UNUSED_NORMALS, read_normals
 from warp_rt.usd.motion import read_points
 from warp_rt.usd.nurbs_curves import lay_out_nurbs_curves
 from warp_rt.usd.polygons import MAX_COORDINATE
@@ -74,9 +76,11 @@ def read_shapes(
         return None
     layout, controls, radii = layout[kept], controls[kept], radii[kept]
     primvars = {name: value for name, value in read_primvars(prim, layout, time, report).items() if name != "widths"}
-    if prim.GetTypeName() != "Points" and _has_normals(prim, time):
-        # A skin turns points, not normals: those of a curve that it bends are of the rest pose.
-        normals = read_normals(UsdGeom.PointBased(prim), layout, time, report)
+    if _has_normals(prim, time) and prim.GetTypeName() == "Points":
+        report.warn(UNUSED_NORMALS, path, "its normals do not count: spheres have their own")
+    elif _has_normals(prim, time):
+        elements = layout if skin is None else _PosedNormals(layout, skin, len(points))
+        normals = read_normals(UsdGeom.PointBased(prim), elements, time, report)
         if normals is not None:
             return MeshSource(make_ribbons(controls, radii, normals, layout.curve, primvars, level, str(path)))
     shapes = Shapes(
@@ -88,6 +92,31 @@ def read_shapes(
         is_closed=controls.shape[1] == 1,  # the segments of a curve overlap, so that none of them bounds a body
     )
     return MeshSource(shapes)
+
+
+@dataclass(frozen=True, eq=False)
+class _PosedNormals:
+    """The elements of curves whose normals a skin turns as it turns the points that they stand at.
+
+    What ``warp_rt.usd.primvars`` asks of ``Elements``.
+    """
+
+    layout: ShapeLayout
+    skin: Skin
+    point_count: int
+
+    def element_counts(self, interpolation: str) -> tuple[int, ...]:
+        return self.layout.element_counts(interpolation)
+
+    def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
+        rest = values if indices is None else values[indices]
+        vertices = np.arange(self.point_count)
+        if interpolation == "varying":
+            vertices = self.layout.point_of_varying(len(rest))
+        elif interpolation != "vertex":  # a value that several points share may be turned by other joints at each
+            rest = rest[self.layout.curve_of_point(self.point_count) if interpolation == "uniform" else 0 * vertices]
+            interpolation = "vertex"
+        return self.layout.primvar(self.skin.normals(rest, vertices, self.point_count), None, interpolation)
 
 
 def _lay_out(

@@ -21,7 +21,7 @@ from warp_rt.splines.pieces import MAX_ORDER, Pieces, find_pieces
 from warp_rt.splines.tessellation import Tessellation, count_steps, tessellate
 from warp_rt.usd.arrays import doubles, point_weights
 from warp_rt.usd.attribute_values import AttributeReader, shown
-from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, read_normals, repair_normals
+from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, UNUSED_NORMALS, read_normals, repair_normals
 from warp_rt.usd.motion import read_points
 from warp_rt.usd.polygons import BAD_POINT, MAX_COORDINATE
 from warp_rt.usd.primvars import read_primvars
@@ -178,8 +178,11 @@ def read_nurbs_patch(
         cut = replace(cut, triangles=cut.triangles[:, swap], corners=cut.corners[:, swap])
         normals = -normals
     layout = PatchLayout(patch, cut, u_count, v_count)
-    # A skin that bends the patch turns its normals too: those of the bent surface are right.
-    authored = read_normals(schema, layout, time, report) if skin is None or skin.is_rigid else None
+    authored = read_normals(schema, layout, time, report)
+    if authored is not None and skin is not None and not skin.is_rigid:
+        # Those of the bent surface are right, and authored ones need not stand at points that joints move.
+        report.warn(UNUSED_NORMALS, path, "its normals do not count: the patch that is bent has its own")
+        authored = None
     shading = authored or Primvar(normals.astype(np.float32), cut.corners.astype(np.int32))
     segments = layout.segments
     triangles, mesh_points = cut.triangles.astype(np.int32), cut.points.astype(np.float32)
