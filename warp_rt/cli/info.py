@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from warp_rt.scene import Primvar, Scene
+    from warp_rt.scene.instance_transforms import LazyTransforms
 
 _LISTED = 20
 """Names in a list for people; --json has them all."""
@@ -110,7 +111,7 @@ def scene_bytes(scene: Scene) -> int:
     from warp_rt.scene import Shapes
 
     placed = scene.instances
-    arrays: list[np.ndarray | None] = [placed.mesh, placed.world_from_local, placed.material_offset]
+    arrays: list[np.ndarray | LazyTransforms | None] = [placed.mesh, placed.world_from_local, placed.material_offset]
     arrays += [placed.material_table, placed.prim, placed.instance_id, *placed.primvars.values()]
     arrays += [image.pixels for image in scene.images]
     for mesh in scene.meshes:
@@ -123,7 +124,13 @@ def scene_bytes(scene: Scene) -> int:
             primvars.append(mesh.normals)
         for primvar in primvars:
             arrays += [] if primvar is None else [primvar.values, primvar.indices]
-    return sum({id(array): array.nbytes for array in arrays if array is not None}.values())
+    return sum({id(array): _bytes(array) for array in arrays if array is not None}.values())
+
+
+def _bytes(array: np.ndarray | LazyTransforms) -> int:
+    """Return what an array takes, of which one number may stand for all."""
+    is_one = len(array) > 1 and not any(getattr(array, "strides", (1,)))
+    return array.dtype.itemsize if is_one else array.nbytes
 
 
 def hierarchy_bytes(scene: Scene) -> int:

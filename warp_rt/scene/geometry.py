@@ -11,6 +11,7 @@ from enum import IntEnum, IntFlag
 import numpy as np
 
 from warp_rt.errors import SceneError
+from warp_rt.scene.instance_transforms import LazyTransforms, Transforms, choose
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,8 @@ class Instances:
 
     mesh: np.ndarray
     """int32, shape [n], row of ``Scene.meshes``."""
-    world_from_local: np.ndarray
-    """float64, shape [n, 4, 4], invertible and affine."""
+    world_from_local: Transforms
+    """float64, shape [n, 4, 4], invertible and affine; an array, or what is read as one: see ``LazyTransforms``."""
     material_offset: np.ndarray
     """int32, shape [n]: the material of a triangle is ``material_table[material_offset[i] + slot]``."""
     material_table: np.ndarray
@@ -149,7 +150,8 @@ class Instances:
         Raises:
             SceneError: A number is not finite.
         """
-        if not np.isfinite(self.world_from_local).all():
+        placed = self.world_from_local
+        if not (placed.are_finite if isinstance(placed, LazyTransforms) else np.isfinite(placed).all()):
             raise SceneError("instances: finite transforms expected")
 
     def __len__(self) -> int:
@@ -160,7 +162,7 @@ class Instances:
         return replace(
             self,
             mesh=self.mesh[rows],
-            world_from_local=self.world_from_local[rows],
+            world_from_local=choose(self.world_from_local, rows),
             material_offset=self.material_offset[rows],
             prim=self.prim[rows],
             instance_id=self.instance_id[rows],

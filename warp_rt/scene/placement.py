@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,21 +36,23 @@ class Placement:
     """float64, shape [mesh_count, 3], local space: zero but for meshes that lie far from their own origin."""
     instances: Instances
 
+    @cached_property
+    def _have_origins(self) -> bool:
+        return bool(self.mesh_origins.any())
+
     def world_from_local(self, rows: slice | np.ndarray) -> np.ndarray:
         """Return the transforms of some instances: float64, shape [n, 3, 4]."""
-        matrices = np.asarray(self.instances.world_from_local, float).reshape(-1, 4, 4)[rows, :3]
-        shift = np.einsum("nij,nj->ni", matrices[:, :, :3], self.mesh_origins[self.instances.mesh[rows]])
+        matrices = np.asarray(self.instances.world_from_local[rows], float)[:, :3]
         placed = matrices.copy()
-        placed[:, :, 3] = matrices[:, :, 3] + shift - self.origin
+        if self._have_origins:
+            origins = self.mesh_origins[self.instances.mesh[rows]]
+            placed[:, :, 3] += np.einsum("nij,nj->ni", matrices[:, :, :3], origins)
+        placed[:, :, 3] -= self.origin
         return placed
 
     def local_from_world(self, rows: slice | np.ndarray) -> np.ndarray:
         """Return the inverses of some instances' transforms: float64, shape [n, 3, 4]."""
-        forward = self.world_from_local(rows)
-        inverse = np.empty_like(forward)
-        inverse[:, :, :3] = _inverse(forward[:, :, :3])
-        inverse[:, :, 3] = -np.einsum("nij,nj->ni", inverse[:, :, :3], forward[:, :, 3])
-        return inverse
+        return inverses(self.world_from_local(rows))
 
 
 def place_scene(scene: Scene) -> Placement:
@@ -66,6 +69,24 @@ def blocks(count: int) -> Iterator[slice]:
     """Yield slices of so many instances that what is computed of them stays in the cache."""
     for start in range(0, count, _BLOCK):
         yield slice(start, min(start + _BLOCK, count))
+
+
+def inverses(transforms: np.ndarray) -> np.ndarray:
+    """Return the inverses of affine transforms: float64, shape [n, 3, 4] both."""
+    # The adjugate, a number of all matrices at a time: fast for a million of them.
+    (ax, bx, cx, x), (ay, by, cy, y), (az, bz, cz, z) = np.ascontiguousarray(transforms.transpose(1, 2, 0))
+    rows = (
+        (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx),
+        (cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax),
+        (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx),
+    )
+    determinant = ax * rows[0][0] + ay * rows[0][1] + az * rows[0][2]
+    inverse = np.empty_like(transforms)
+    for number, minors in enumerate(rows):
+        px, py, pz = (minor / determinant for minor in minors)
+        inverse[:, number, 0], inverse[:, number, 1], inverse[:, number, 2] = px, py, pz
+        inverse[:, number, 3] = -(px * x + py * y + pz * z)
+    return inverse
 
 
 def relative_points(points: np.ndarray, mesh_origin: np.ndarray) -> np.ndarray:
@@ -96,10 +117,3 @@ def _mesh_origin(geometry: Mesh | Shapes, row: int) -> np.ndarray:
     if reach > _MAX_COORDINATE:
         raise SceneError(f"mesh {row}: a point is farther than {_MAX_COORDINATE:g} from the origin")
     return origin
-
-
-def _inverse(linear: np.ndarray) -> np.ndarray:
-    """Return the inverses of 3 x 3 matrices, shape [n, 3, 3], by the adjugate: fast for a million of them."""
-    a, b, c = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
-    rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    return rows / np.einsum("ni,ni->n", a, rows[:, 0])[:, None, None]

@@ -12,11 +12,12 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device.arrays import Packer
+from warp_rt.device.host_memory import LARGE, give_back_freed
 from warp_rt.kernels import structs
 from warp_rt.kernels.codes import HOLDS_OUT
 from warp_rt.options import TEXTURE_FILTERS, is_primvar_aov
 from warp_rt.scene import Light, RayMask, Scene
-from warp_rt.scene.placement import Placement, blocks, place_scene
+from warp_rt.scene.placement import Placement, blocks, inverses, place_scene
 from warp_rt.scene.rows import check_materials
 from warp_rt.upload.device_images import DeviceImages
 from warp_rt.upload.lights import pack_lights, with_hiding_bodies
@@ -110,10 +111,14 @@ def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceSce
 
 def _pack_instances(data: Any, pack: Packer, scene: Scene, placement: Placement, slots: Mapping[str, int]) -> None:
     instances = scene.instances
-    table = np.zeros(len(instances), structs.InstanceData.numpy_dtype())
+    layout = structs.InstanceData.numpy_dtype()
+    if len(instances) * np.dtype(layout).itemsize > LARGE:
+        give_back_freed()
+    table = np.zeros(len(instances), layout)
     for block in blocks(len(instances)):
-        table["world_from_local"][block] = placement.world_from_local(block)
-        table["local_from_world"][block] = placement.local_from_world(block)
+        transforms = placement.world_from_local(block)
+        table["world_from_local"][block] = transforms
+        table["local_from_world"][block] = inverses(transforms)
     table["mesh"] = instances.mesh
     table["material_offset"] = instances.material_offset
     table["prim"] = instances.prim

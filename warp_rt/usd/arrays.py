@@ -79,6 +79,14 @@ def vector_rows(value: Any, width: int) -> np.ndarray | None:
     return rows.reshape(-1, width)
 
 
+def short_rows(value: Any, width: int) -> np.ndarray | None:
+    """Return vectors as ``vector_rows`` does; those in half precision stay as short as they are."""
+    array = _numbers(value)
+    if array is not None and array.dtype == np.float16 and array.shape[1:] == (width,):
+        return np.array(array, order="C")
+    return vector_rows(value, width)
+
+
 def integers(value: Any) -> np.ndarray | None:
     """Return integers: int64, shape [n]; None for anything else."""
     array = _numbers(value)

@@ -16,6 +16,7 @@ from pxr import Tf, Usd
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Scene, local_boxes
+from warp_rt.scene.instance_transforms import choose
 from warp_rt.usd.cameras import read_camera, report_hidden, report_unexposed
 from warp_rt.usd.draw_modes import StandInReader
 from warp_rt.usd.gprims import GprimReader, Gprims
@@ -212,26 +213,33 @@ def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
     sets = gprims.material_sets
     offsets = np.cumsum([0] + [len(materials) for materials in sets], dtype=np.int32)[:-1]
     return Instances(
-        mesh=gprims.mesh[gprim],
-        world_from_local=group.matrix[kept],
-        material_offset=offsets[gprims.materials[gprim]],
+        mesh=_held_once(gprims.mesh[gprim]),
+        world_from_local=group.matrix if len(drawable) == len(group) else choose(group.matrix, drawable),
+        material_offset=_held_once(offsets[gprims.materials[gprim]]),
         material_table=np.array([row for materials in sets for row in materials], np.int32),
-        prim=gprims.prim[gprim],
+        prim=_held_once(gprims.prim[gprim]),
         instance_id=group.name[kept],
         primvars={name: values[kept] for name, values in group.values.items()},
     )
 
 
+def _held_once(rows: np.ndarray) -> np.ndarray:
+    """Return rows; where a great many are the same, as of an instancer with one prototype, that one is held once."""
+    is_one = len(rows) > _BLOCK and bool((rows == rows[0]).all())
+    return np.broadcast_to(rows[:1].copy(), rows.shape) if is_one else rows
+
+
 def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
     """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
     reach = np.nan_to_num(np.abs(local_boxes(gprims.meshes)).max(axis=(1, 2)))[gprims.mesh[group.gprim]]
-    extent = np.empty(len(group))
+    is_good = np.empty(len(group), bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(group), _BLOCK):
             rows = slice(start, start + _BLOCK)
-            linear, offset = np.abs(group.matrix[rows, :3, :3]), np.abs(group.matrix[rows, :3, 3])
-            extent[rows] = linear.sum(axis=(1, 2)) * reach[rows] + offset.sum(axis=1)
-    is_good = is_regular(group.matrix) & (extent <= MAX_COORDINATE)
+            matrices = group.matrix[rows]
+            linear, offset = np.abs(matrices[:, :3, :3]), np.abs(matrices[:, :3, 3])
+            extent = linear.sum(axis=(1, 2)) * reach[rows] + offset.sum(axis=1)
+            is_good[rows] = is_regular(matrices) & (extent <= MAX_COORDINATE)
     bad = gprims.prim[group.gprim[~is_good]]
     for prim, count in zip(*np.unique(bad, return_counts=True), strict=True):
         message = f"{count} instances left out: their transform is singular or too large"

@@ -84,6 +84,8 @@ class MeshLightReader:
 
     def surfaces(self) -> tuple[Instances, tuple[Material, ...]]:
         """Return the scene's instances and materials, with those of what is to be seen as its light."""
+        if not self._own:
+            return self._instances, tuple(self._materials)
         offset, table = self._instances.material_offset.copy(), [self._instances.material_table]
         materials: list[Material] = []
         start = len(table[0])
@@ -93,8 +95,6 @@ class MeshLightReader:
             table.append(np.full(slots, len(self._materials) + len(materials), table[0].dtype))
             materials.append(_lamp(radiance))
             start += slots
-        if not materials:
-            return self._instances, tuple(self._materials)
         instances = replace(self._instances, material_offset=offset, material_table=np.concatenate(table))
         return instances, (*self._materials, *materials)
 

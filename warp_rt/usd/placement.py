@@ -12,13 +12,11 @@ from pxr import Usd
 
 from warp_rt.errors import LimitError
 from warp_rt.scene.instance_paths import JoinedPaths, NestedPaths
+from warp_rt.scene.instance_transforms import Transforms, join, nest
 from warp_rt.usd.gprims import Gprims
 from warp_rt.usd.primvars import Values, merge_width
 
 MAX_INSTANCES = 10_000_000
-
-_UNMOVED = np.eye(4)
-_BLOCK = 1 << 14  # matrices at a time: what is computed on the way takes little memory
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class Group:
 
     gprim: np.ndarray
     """int32, shape [k], row of the ``Gprims``."""
-    matrix: np.ndarray
+    matrix: Transforms
     """float64, shape [k, 4, 4], group from local."""
     name: np.ndarray
     """int32, shape [k], row of ``names``, or -1 for what belongs to the group's own instance."""
@@ -79,7 +77,7 @@ class GroupBuilder:
         self._group: Group | None = None
         self._singles: list[tuple[int, np.ndarray, Values]] = []
         self._copies: dict[tuple[int, frozenset[str]], tuple[GroupBuilder, list[tuple[np.ndarray, str, Values]]]] = {}
-        self._batches: list[tuple[GroupBuilder, np.ndarray, Sequence[str], Values, Values]] = []
+        self._batches: list[tuple[GroupBuilder, Transforms, Sequence[str], Values, Values]] = []
         self._lights: list[PlacedPrim] = []
         self._cameras: list[PlacedPrim] = []
 
@@ -118,7 +116,7 @@ class GroupBuilder:
         self._copies.setdefault(key, (group, []))[1].append((matrix, name, inherited))
 
     def add_copies(
-        self, group: GroupBuilder, matrices: np.ndarray, names: Sequence[str], inherited: Values, given: Values
+        self, group: GroupBuilder, matrices: Transforms, names: Sequence[str], inherited: Values, given: Values
     ) -> None:
         """Place copies of a PointInstancer.
 
@@ -160,7 +158,7 @@ class GroupBuilder:
         offsets = np.cumsum([0] + [len(chunk.names) for chunk in chunks])[:-1]
         return Group(
             gprim=np.concatenate([chunk.gprim for chunk in chunks]),
-            matrix=np.concatenate([chunk.matrix for chunk in chunks]),
+            matrix=join([chunk.matrix for chunk in chunks]),
             name=np.concatenate(
                 [
                     np.where(chunk.name < 0, -1, chunk.name + offset).astype(np.int32)
@@ -215,7 +213,7 @@ class GroupBuilder:
 
 def _copied(
     group: Group,
-    matrices: np.ndarray,
+    matrices: Transforms,
     names: Sequence[str],
     inherited: Values,
     given: Values,
@@ -243,7 +241,7 @@ def _copied(
         values[key] = rows.reshape(n * k, width)
     return Group(
         gprim=np.tile(group.gprim, n),
-        matrix=_placed(matrices, group.matrix),
+        matrix=nest(matrices, group.matrix),
         name=(np.arange(n)[:, None] * len(used) + local.reshape(-1)[None]).reshape(-1).astype(np.int32),
         names=names if suffixes == [""] else NestedPaths(names, suffixes),
         values=values,
@@ -253,23 +251,7 @@ def _copied(
     )
 
 
-def moved(outer: np.ndarray, matrices: np.ndarray) -> np.ndarray:
-    """Return the products of a transform and others, shape [n, 4, 4], in the memory that these are in."""
-    if not np.array_equal(outer, _UNMOVED):
-        for start in range(0, len(matrices), _BLOCK):
-            rows = slice(start, start + _BLOCK)
-            matrices[rows] = outer @ matrices[rows]
-    return matrices
-
-
-def _placed(matrices: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Return the products of all n matrices and all k inner ones, shape [n k, 4, 4]."""
-    if len(inner) == 1 and np.array_equal(inner[0], _UNMOVED):
-        return matrices
-    return np.matmul(matrices[:, None], inner[None]).reshape(-1, 4, 4)
-
-
-def _copied_prims(prims: Sequence[PlacedPrim], matrices: np.ndarray, names: Sequence[str]) -> tuple[PlacedPrim, ...]:
+def _copied_prims(prims: Sequence[PlacedPrim], matrices: Transforms, names: Sequence[str]) -> tuple[PlacedPrim, ...]:
     return tuple(
         PlacedPrim(placed.prim, matrix @ placed.matrix, name + placed.path)
         for matrix, name in zip(matrices if prims else (), names if prims else (), strict=True)

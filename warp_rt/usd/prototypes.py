@@ -14,11 +14,12 @@ from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene.instance_paths import NumberedPaths
+from warp_rt.scene.instance_transforms import choose, nest
 from warp_rt.usd.bindings import read_bindings
 from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.motion import read_times
-from warp_rt.usd.placement import GroupBuilder, moved
+from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
 from warp_rt.usd.primvars import constants_of_instances, inherited_constants
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
@@ -125,7 +126,7 @@ class Prototypes:
             is_only = len(chosen) == len(instances.matrices)
             builder.add_copies(
                 group,
-                moved(matrix, instances.matrices if is_only else instances.matrices[chosen]),
+                nest(matrix[None], instances.matrices if is_only else choose(instances.matrices, chosen)),
                 NumberedPaths(name, instances.index[chosen]),
                 {key: np.tile(value, (len(chosen), 1)) for key, value in inherited.items()},
                 {key: values[chosen] for key, values in instances.values.items()},
