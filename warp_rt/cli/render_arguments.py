@@ -30,8 +30,18 @@ def add_view(parser: Parser, *, as_usdrecord: bool = False) -> argparse._Mutuall
         parser: Takes the options.
         as_usdrecord: Whether a camera that nobody names is none but ``main_cam``.
     """
-    first = "" if as_usdrecord else ", the first"
     view = parser.add_argument_group("what is seen")
+    _add_camera(view, "" if as_usdrecord else ", the first")
+    _add_composition(view)
+    when = view.add_mutually_exclusive_group()
+    when.add_argument(
+        "--default-time", "-d", "--defaultTime", action="store_true", help="render the values that hold at no time"
+    )
+    return when
+
+
+def _add_camera(view: argparse._ArgumentGroup, first: str) -> None:
+    """Add the camera and its picture; ``first`` is who else is looked through where nobody is named."""
     view.add_argument(
         "--camera",
         "-cam",
@@ -48,6 +58,10 @@ def add_view(parser: Parser, *, as_usdrecord: bool = False) -> argparse._Mutuall
         metavar="X,Y,W,H",
         help="render this part, counted from the top left; what lies outside the picture is left off",
     )
+
+
+def _add_composition(view: argparse._ArgumentGroup) -> None:
+    """Add how the stage is composed and read."""
     view.add_argument(
         "--complexity",
         "-c",
@@ -86,11 +100,6 @@ def add_view(parser: Parser, *, as_usdrecord: bool = False) -> argparse._Mutuall
         metavar="PATH",
         help="RenderPass that names them",
     )
-    when = view.add_mutually_exclusive_group()
-    when.add_argument(
-        "--default-time", "-d", "--defaultTime", action="store_true", help="render the values that hold at no time"
-    )
-    return when
 
 
 def add_frames(when: argparse._MutuallyExclusiveGroup) -> None:

@@ -14,7 +14,6 @@ from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 
-MAX_THREADS = 4096
 WATCH_SECONDS = 0.05  # how soon an interrupt or a time limit is noticed
 
 

@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from warp_rt.tree.lines import KIND_STYLES
-from warp_rt.tree.nodes import LightTerm, PixelTree, TreeNode, Vector
+from warp_rt.tree.nodes import LightTerm, TreeNode, Vector
+from warp_rt.tree.pixel_tree import PixelTree
 
 CURVE_COLORS = {
     "eye": (1.0, 0.8, 0.1),

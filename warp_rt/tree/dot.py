@@ -6,8 +6,9 @@ from __future__ import annotations
 
 from warp_rt.stand_ins import shown_path
 from warp_rt.tree.lines import KIND_NAMES, KIND_STYLES, STYLES, whole_of
-from warp_rt.tree.nodes import Fate, PixelTree, RayKind, TreeNode
+from warp_rt.tree.nodes import Fate, RayKind, TreeNode
 from warp_rt.tree.numbers import color, number, percent
+from warp_rt.tree.pixel_tree import PixelTree
 from warp_rt.tree.selection import select, share_of
 from warp_rt.tree.swatch import ink_on, swatch
 

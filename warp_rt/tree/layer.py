@@ -9,8 +9,8 @@ from pathlib import Path
 from warp_rt.errors import OptionError
 from warp_rt.image.atomic import write_bytes
 from warp_rt.tree.curves import CURVE_COLORS, WIDTH, ray_segments
-from warp_rt.tree.nodes import PixelTree
 from warp_rt.tree.numbers import color
+from warp_rt.tree.pixel_tree import PixelTree
 
 EXTENSIONS = (".usda", ".usdc", ".usd")
 

@@ -8,8 +8,9 @@ import math
 from collections.abc import Sequence
 
 from warp_rt.stand_ins import shown_path
-from warp_rt.tree.nodes import Color, Fate, LightTerm, PixelTree, Place, RayKind, TreeNode
+from warp_rt.tree.nodes import Color, Fate, LightTerm, Place, RayKind, TreeNode
 from warp_rt.tree.numbers import color, number, percent, point
+from warp_rt.tree.pixel_tree import PixelTree
 from warp_rt.tree.selection import share_of
 
 _NOTHING = 1e-9

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from html import escape
 
 from warp_rt.tree.lines import STYLES, Line, Span, heading, hidden_title, node_lines, node_title, whole_of
-from warp_rt.tree.nodes import Color, PixelTree, TreeNode
+from warp_rt.tree.nodes import Color, TreeNode
+from warp_rt.tree.pixel_tree import PixelTree
 from warp_rt.tree.selection import select
 from warp_rt.tree.svg import svg_drawing
 from warp_rt.tree.swatch import shown_color

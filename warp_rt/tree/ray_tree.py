@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from warp_rt.tree.nodes import PixelTree
+from warp_rt.tree.pixel_tree import PixelTree
 
 
 @dataclass(frozen=True, repr=False)

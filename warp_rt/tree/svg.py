@@ -8,8 +8,9 @@ from html import escape
 
 from warp_rt.stand_ins import shown_path
 from warp_rt.tree.lines import KIND_NAMES, KIND_STYLES, STYLES
-from warp_rt.tree.nodes import PixelTree, TreeNode
+from warp_rt.tree.nodes import TreeNode
 from warp_rt.tree.numbers import color
+from warp_rt.tree.pixel_tree import PixelTree
 from warp_rt.tree.selection import select
 from warp_rt.tree.swatch import ink_on, swatch
 

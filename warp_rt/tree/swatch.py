@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from warp_rt.image.color import display
-from warp_rt.tree.nodes import Color, PixelTree
+from warp_rt.tree.nodes import Color
+from warp_rt.tree.pixel_tree import PixelTree
 
 
 def swatch(value: Color, tree: PixelTree) -> str:

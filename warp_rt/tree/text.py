@@ -9,8 +9,9 @@ from itertools import groupby
 
 from warp_rt.tree.equation import nested_equation
 from warp_rt.tree.lines import KIND_STYLES, Span, heading, hidden_title, node_lines, node_title, whole_of
-from warp_rt.tree.nodes import PixelTree, TreeNode
+from warp_rt.tree.nodes import TreeNode
 from warp_rt.tree.numbers import color, number
+from warp_rt.tree.pixel_tree import PixelTree
 from warp_rt.tree.selection import select
 
 NODES_SHOWN = 30

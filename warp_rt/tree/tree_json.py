@@ -8,7 +8,8 @@ import math
 from typing import Any
 
 from warp_rt.tree.equation import nested_equation
-from warp_rt.tree.nodes import Crossing, LightTerm, PixelTree, Place, TreeNode
+from warp_rt.tree.nodes import Crossing, LightTerm, Place, TreeNode
+from warp_rt.tree.pixel_tree import PixelTree
 from warp_rt.tree.selection import select
 
 EQUATION_NODES = 200
