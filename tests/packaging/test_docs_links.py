@@ -73,3 +73,9 @@ def test_gate_runs_the_readmes_commands():
     gate = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert "README.md" in gate
     assert not re.search(r"^\s*pip3? install", gate, re.MULTILINE)  # never outside a virtual environment
+
+
+def test_the_index_has_every_document():
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    names = [path.name for path in (ROOT / "docs").glob("*.md") if path.name != "README.md"]
+    assert [name for name in names if f"]({name})" not in index] == []
