@@ -3,6 +3,7 @@
 """Which exit code each end has, and that it is told in one line. Nothing here renders."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -228,9 +229,24 @@ def test_closed_standard_streams_are_no_trouble(redirection):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/dev/full is Linux's")
-def test_full_stdout_exits_6():
+@pytest.mark.parametrize("is_unbuffered", ["", "1"])
+@pytest.mark.parametrize("arguments", ["--version", "doctor"])
+def test_full_stdout_exits_6(arguments, is_unbuffered):
     result = subprocess.run(
-        ["bash", "-c", f"{sys.executable} -m warp_rt --version > /dev/full; echo $?"], capture_output=True, text=True
+        ["bash", "-c", f"{sys.executable} -m warp_rt {arguments} > /dev/full; echo $?"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": is_unbuffered},
     )
     assert result.stdout == "6\n"
-    assert result.stderr == "warp-rt: error: standard output: cannot write: No space left on device\n"
+    assert result.stderr.endswith(": error: standard output: cannot write: No space left on device\n")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell is needed")
+@pytest.mark.parametrize("is_unbuffered", ["", "1"])
+def test_a_reader_that_has_left_is_no_error(is_unbuffered):
+    command = f"set -o pipefail; (sleep 0.2; {sys.executable} -m warp_rt --help) | true"
+    environment = os.environ | {"PYTHONUNBUFFERED": is_unbuffered}
+    result = subprocess.run(["bash", "-c", command], capture_output=True, text=True, env=environment)
+    assert (result.returncode, result.stderr) == (0, "")

@@ -103,10 +103,10 @@ class Terminal:
         self.has_data = True
         try:
             print(text, file=stream, flush=True)
-        except BrokenPipeError:
-            self._data = open(os.devnull, "w")  # noqa: SIM115, PTH123  (it lives as long as the process)
         except OSError as error:
-            raise OutputError(f"standard output: cannot write: {error.strerror}") from error
+            _drain(stream)
+            if not isinstance(error, BrokenPipeError):
+                raise OutputError(f"standard output: cannot write: {error.strerror}") from error
 
     def rows(self, rows: Iterable[Sequence[tuple[str, str]]], colors: Mapping[str, str]) -> None:
         """Write a result for people to stdout, in colour where stdout is a terminal or colour is asked for.
@@ -197,6 +197,15 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _drain(stream: TextIO) -> None:
+    """Lead a stream that cannot be written nowhere: what it has buffered would fail again when the process ends."""
+    with contextlib.suppress(OSError, ValueError):  # a stream of Python's own, without a descriptor
+        descriptor = stream.fileno()
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, descriptor)
+        os.close(nowhere)
 
 
 def _encodable(text: str, stream: TextIO | None) -> str:
