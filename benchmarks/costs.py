@@ -7,7 +7,7 @@ from __future__ import annotations
 import warp as wp
 
 import warp_rt
-from warp_rt.bvh.accel import make_stacks
+from warp_rt.bvh.stacks import make_stacks
 from warp_rt.kernels.bvh_structs import AccelData, Stacks, stack_of_thread
 from warp_rt.kernels.bvh_traverse import any_hit_from, closest_hit_from
 from warp_rt.kernels.constants import NO_TRIANGLE

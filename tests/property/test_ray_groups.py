@@ -12,10 +12,11 @@ import pytest
 import warp as wp
 
 import warp_rt
-from warp_rt.bvh.accel import Accel, make_stacks
+from warp_rt.bvh.accel import Accel
 from warp_rt.bvh.queries import Hits
 from warp_rt.bvh.ray_order import RayOrder, _scattered_box
 from warp_rt.bvh.span_launches import SpanLaunches
+from warp_rt.bvh.stacks import make_stacks
 from warp_rt.errors import OptionError
 from warp_rt.kernels import query
 from warp_rt.kernels.constants import FLIGHT_FLOATS, GROUP, GROUP_SPAN

@@ -13,7 +13,7 @@ import pytest
 import warp as wp
 
 from warp_rt import build_accel
-from warp_rt.bvh.accel import make_stacks
+from warp_rt.bvh.stacks import make_stacks
 from warp_rt.kernels.bvh_structs import AccelData, Stacks, stack_of_thread
 from warp_rt.kernels.bvh_traverse import closest_hit, closest_hit_from
 from warp_rt.kernels.observer import Unobserved

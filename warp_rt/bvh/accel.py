@@ -7,22 +7,16 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field, replace
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warp_rt.bvh.collapse import Layout
-from warp_rt.bvh.forest import (
-    BUILDER_MODULES,
-    build_forest,
-    builder_device,
-    cost_instances,
-    rank_primitives,
-    refer_to_instances,
-)
+from warp_rt.bvh.forest import BUILDER_MODULES, builder_device, builder_executor
+from warp_rt.bvh.lower_level import join_arrays, join_lower_trees
 from warp_rt.bvh.mesh_trees import MeshTrees, build_mesh_trees, has_same_triangles, refit_mesh_trees
-from warp_rt.bvh.shape_trees import build_shape_trees
+from warp_rt.bvh.upper_level import build_upper_tree, write_instances
 from warp_rt.device.jobs import Executor
 from warp_rt.device.kernel_binaries import load_module
 from warp_rt.device.workers import Workers
@@ -35,10 +29,10 @@ from warp_rt.kernels import (
     constants,
     shape_pack,
 )
-from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord, Stacks
+from warp_rt.kernels.bvh_structs import AccelData, InstanceRecord
 from warp_rt.options import BUILDERS, INTERSECTORS, check_threads
-from warp_rt.scene import Mesh, Scene, Shapes, check_scene, primitive_count
-from warp_rt.scene.placement import Placement, blocks, place_scene
+from warp_rt.scene import Mesh, Scene, check_scene, primitive_count
+from warp_rt.scene.placement import Placement, place_scene
 from warp_rt.warp_setup import resolve_device
 
 _INTERSECTORS = {
@@ -131,7 +125,7 @@ def build_accel(
     if not _has_primitives(scene):
         return _empty(scene, placement, executor, bvh, intersector)
     has_triangles = any(isinstance(mesh, Mesh) and len(mesh.triangles) for mesh in scene.meshes)
-    trees = build_mesh_trees(scene, placement, bvh, _builder_of(bvh, executor)) if has_triangles else None
+    trees = build_mesh_trees(scene, placement, bvh, builder_executor(bvh, executor)) if has_triangles else None
     return _place(trees, scene, placement, executor, bvh, intersector)
 
 
@@ -188,155 +182,6 @@ def _prepare(builder: str, device: str, threads: int | None) -> Executor:
     return Executor(device, Workers(threads))
 
 
-def _builder_of(builder: str, executor: Executor) -> Executor:
-    """Return what runs a builder for a hierarchy on an executor's device."""
-    return Executor(builder_device(builder, executor.device), executor.workers)
-
-
-def make_stacks(accel: Accel, rows: int = 1) -> Stacks:
-    """Return traversal stacks on the accel's device.
-
-    Args:
-        accel: The hierarchy to traverse.
-        rows: On a GPU, the number of threads of the launch. On the CPU one row serves a whole launch, but launches
-            that run at the same time need stacks of their own.
-    """
-    stacks = Stacks()
-    for name, dtype in (("codes", wp.int32), ("distances", wp.float32)):
-        if accel.device == "cpu":
-            # All children of a node are written at once, and then as many count as the ray meets.
-            entries = wp.empty((rows, accel.stack_size + constants.WIDTH), dtype=dtype, device=accel.device)
-        else:
-            # Threads of a GPU reach the same depth at about the same time: the entries of one depth are neighbours.
-            entries = wp.empty((accel.stack_size, rows), dtype=dtype, device=accel.device).transpose()
-        setattr(stacks, name, entries)
-    return stacks
-
-
-@dataclass(frozen=True)
-class _Trees:
-    """The lower level: trees over triangles, then those over shapes, one a row of the scene's meshes not empty.
-
-    Warp arrays are on the hierarchy's device.
-    """
-
-    meshes: np.ndarray
-    """int, shape [tree_count], row of ``Scene.meshes``."""
-    kinds: np.ndarray
-    """int16, shape [tree_count], TRIANGLES or a ``ShapeKind``."""
-    boxes: wp.array
-    """``Box``, shape [tree_count], local space."""
-    roots: np.ndarray
-    """int32, shape [tree_count], child codes."""
-    depths: np.ndarray
-    """int32, shape [tree_count], levels of wide nodes."""
-    stack_sizes: np.ndarray
-    """int32, shape [tree_count], entries that a traversal can leave on its stack at once, whatever the ray."""
-    costs: wp.array
-    """float32, shape [tree_count], half area of all nodes and leaves."""
-    nodes: wp.array
-    """float32: wide nodes."""
-    leaf_count: int
-    leaves: wp.array
-    """float32: packets of triangles."""
-    shapes: wp.array
-    """float32: packets of shapes, then pieces of cubic tubes."""
-    layout: Layout | None
-    """Of the trees over triangles."""
-
-
-def _with_shapes(
-    trees: MeshTrees | None, scene: Scene, placement: Placement, executor: Executor, builder: str
-) -> _Trees:
-    """Return the lower level: trees over meshes (None: there are none) and new ones over shapes."""
-    rows = np.array([k for k, one in enumerate(scene.meshes) if isinstance(one, Shapes) and len(one.points)], int)
-    sets = [one for one in (scene.meshes[row] for row in rows) if isinstance(one, Shapes)]
-    nothing = executor.empty(0, wp.float32)
-    layouts, meshes, kinds = [], [], []
-    boxes, costs, nodes = [], [], []
-    leaves = shapes = nothing
-    if trees is not None:
-        meshes.append(trees.meshes)
-        kinds.append(np.zeros(len(trees.meshes), np.int16))
-        layouts.append(trees.layout)
-        boxes.append(trees.boxes)
-        costs.append(trees.costs)
-        nodes.append(trees.nodes)
-        leaves = trees.leaves
-    if sets:
-        of_shapes = build_shape_trees(
-            sets,
-            placement.mesh_origins[rows],
-            builder=builder,
-            executor=_builder_of(builder, executor),
-            node_offset=sum(part.shape[0] for part in nodes) // constants.NODE_FLOATS,
-        )
-        meshes.append(rows)
-        kinds.append(np.array([one.kind for one in sets], np.int16))
-        layouts.append(of_shapes.forest.layout)
-        boxes.append(of_shapes.forest.boxes)
-        costs.append(of_shapes.forest.costs)
-        nodes.append(of_shapes.forest.nodes)
-        shapes = of_shapes.packets
-    return _Trees(
-        meshes=np.concatenate(meshes),
-        kinds=np.concatenate(kinds),
-        boxes=_join(boxes, executor),
-        roots=np.concatenate([layout.roots for layout in layouts]),
-        depths=np.concatenate([layout.depths for layout in layouts]),
-        stack_sizes=np.concatenate([layout.stack_sizes for layout in layouts]),
-        costs=_join(costs, executor),
-        nodes=_join(nodes, executor),
-        leaf_count=sum(layout.leaf_count for layout in layouts),
-        leaves=executor.adopt(leaves),
-        shapes=executor.adopt(shapes),
-        layout=None if trees is None else trees.layout.move(executor),
-    )
-
-
-def _join(arrays: list[wp.array], executor: Executor) -> wp.array:
-    """Return arrays behind each other on an executor's device."""
-    return executor.concatenate([executor.adopt(array) for array in arrays])
-
-
-class _Top(NamedTuple):
-    """The upper level: a tree over instances, without what it was built from, which takes four times as much memory."""
-
-    nodes: wp.array
-    """float32: wide nodes."""
-    leaves: wp.array
-    """int32, shape [n], leaf of each instance."""
-    layout: Layout
-    cost: float
-    """``BvhStatistics.sah_cost``, of both levels."""
-
-
-def _build_top(
-    trees: _Trees,
-    tree: wp.array,
-    roots: wp.array,
-    placement: Placement,
-    placed: np.ndarray,
-    executor: Executor,
-    builder: str,
-) -> _Top:
-    """Return the tree over the instances that are placed; the arguments are those of ``refer_to_instances``."""
-    references = refer_to_instances(tree, roots, trees.boxes, trees.nodes, placement, placed, executor)
-    world = references.ranges.numpy()[0]
-    low, high = world["low"][:3].astype(float), world["high"][:3].astype(float)
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        raise SceneError("instances: a transform takes geometry beyond the range of float32")
-    visits = cost_instances(references, tree, trees.boxes, trees.costs, executor)
-    node_count = trees.nodes.shape[0] // constants.NODE_FLOATS
-    building = _builder_of(builder, executor)
-    moved = references.move(building)
-    top = build_forest(moved, leaf_size=1, builder=builder, executor=building, node_offset=node_count)
-    leaves = executor.adopt(rank_primitives(top, building))
-    area = _half_area(low, high)
-    cost = (float(top.costs.numpy()[0]) + visits) / area if area > 0 else 0.0
-    return _Top(top.nodes, leaves, top.layout, cost)
-
-
 def _place(
     mesh_trees: MeshTrees | None,
     scene: Scene,
@@ -346,16 +191,16 @@ def _place(
     intersector: str,
 ) -> Accel:
     """Return both levels: the trees over meshes and shapes, and one over the instances; at least one is placed."""
-    trees = _with_shapes(mesh_trees, scene, placement, executor, builder)
+    trees = join_lower_trees(mesh_trees, scene, placement, executor, builder)
     tree_of_mesh = np.full(len(scene.meshes), -1, np.int32)
     tree_of_mesh[trees.meshes] = np.arange(len(trees.meshes))
     tree = tree_of_mesh[scene.instances.mesh]
     placed = np.flatnonzero(tree >= 0).astype(np.int32)
     tree = tree[placed]
     device_tree, roots = executor.upload(tree, wp.int32), executor.upload(trees.roots, wp.int32)
-    top = _build_top(trees, device_tree, roots, placement, placed, executor, builder)
-    nodes = _join([trees.nodes, top.nodes], executor)
-    instances = _write_instances(top.leaves, trees, device_tree, roots, placement, placed, executor)
+    top = build_upper_tree(trees, device_tree, roots, placement, placed, executor, builder)
+    nodes = join_arrays([trees.nodes, top.nodes], executor)
+    instances = write_instances(top.leaves, trees, device_tree, roots, placement, placed, executor)
     statistics = BvhStatistics(
         builder=builder,
         nodes=nodes.shape[0] // constants.NODE_FLOATS,
@@ -376,36 +221,6 @@ def _place(
     # Besides what the trees leave pending: the child that is visited next, and where an instance is left.
     stack_size = 2 + int(top.layout.stack_sizes[0] + trees.stack_sizes[tree].max())
     return _make_accel(scene, placement, data, executor, stack_size, statistics, trees.layout)
-
-
-def _write_instances(
-    leaf_of_instance: wp.array,
-    trees: _Trees,
-    tree: wp.array,
-    roots: wp.array,
-    placement: Placement,
-    placed: np.ndarray,
-    executor: Executor,
-) -> wp.array:
-    """Return the records of the instances in the order of the upper level's leaves."""
-    shared = [
-        leaf_of_instance,
-        executor.upload(placed, wp.int32),
-        tree,
-        roots,
-        executor.upload(trees.kinds, wp.int16),
-        executor.upload(trees.meshes.astype(np.int32), wp.int32),
-    ]
-    records = executor.empty(len(placed), InstanceRecord)
-
-    def write(rows: slice) -> None:
-        transforms = executor.upload(placement.local_from_world(placed[rows]).astype(np.float32), wp.float32)
-        inputs = [transforms, rows.start, *shared, 0]
-        kernel = bvh_instances.write_instances
-        wp.launch(kernel, rows.stop - rows.start, inputs=inputs, outputs=[records], device=executor.device)
-
-    executor.map(write, blocks(len(placed)))
-    return records
 
 
 def _make_accel(
@@ -437,8 +252,3 @@ def _empty(scene: Scene, placement: Placement, executor: Executor, builder: str,
     data.intersector = _INTERSECTORS[intersector]
     statistics = BvhStatistics(builder, nodes=1, leaves=0, depth=1, sah_cost=0.0, built_cost=0.0, bytes=node.nbytes)
     return _make_accel(scene, placement, data, executor, 2, statistics, None)
-
-
-def _half_area(low: np.ndarray, high: np.ndarray) -> float:
-    x, y, z = high - low
-    return float(x * y + y * z + z * x)

@@ -46,6 +46,11 @@ def builder_device(builder: str, device: str) -> str:
     return device if builder in _PARALLEL else "cpu"
 
 
+def builder_executor(builder: str, executor: Executor) -> Executor:
+    """Return what runs a builder for a hierarchy on an executor's device."""
+    return Executor(builder_device(builder, executor.device), executor.workers)
+
+
 @dataclass(frozen=True)
 class References:
     """Boxes around primitives, grouped by tree, on an executor's device."""

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.bvh.accel import Accel, make_stacks
+from warp_rt.bvh.accel import Accel
 from warp_rt.bvh.ray_order import RayOrder
 from warp_rt.bvh.span_launches import describe, keep_span_launches, take_span_launches
+from warp_rt.bvh.stacks import make_stacks
 from warp_rt.device.kernel_binaries import load_module
 from warp_rt.device.workers import Workers
 from warp_rt.errors import OptionError

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import warp as wp
 
-from warp_rt.bvh.accel import Accel, make_stacks
+from warp_rt.bvh.accel import Accel
 from warp_rt.bvh.ray_group import empty, make_ray_group
+from warp_rt.bvh.stacks import make_stacks
 from warp_rt.kernels.bvh_flight import Flights, RayInFlight
 from warp_rt.kernels.constants import FLIGHTS, GROUP_SPAN
 from warp_rt.kernels.trace_span import RaySpan

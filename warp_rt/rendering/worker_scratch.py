@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.bvh.accel import Accel, make_stacks
+from warp_rt.bvh.accel import Accel
+from warp_rt.bvh.stacks import make_stacks
 from warp_rt.device.arrays import array_of_one
 from warp_rt.kernels import ray_counts
 from warp_rt.kernels.structs import RayTask
