@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from warp_rt.usd.node_inputs import Node, NodeInputs
-from warp_rt.usd.noise import cells, perlin, perlin_vector, worley
+from warp_rt.usd.noise import cells, perlin, perlin_vector, worley, worley_vector
 from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, blend, join, multiply
 from warp_rt.usd.texture_coordinates import rotation
 
@@ -105,7 +105,9 @@ def _worley(node: NodeInputs) -> Signal:
     if node.number("style", 0.0):
         raise DoesNotFold
     jitter = Signal.constant([node.number("jitter", 1.0)])
-    return apply_to_all(worley, 3, node.coordinates, jitter).pick(range(node.size))
+    if node.size == 1:
+        return apply_to_all(worley, 1, node.coordinates, jitter)
+    return apply_to_all(worley_vector, 3, node.coordinates, jitter).pick(range(node.size))
 
 
 def _unified(node: NodeInputs) -> Signal:
@@ -119,7 +121,7 @@ def _unified(node: NodeInputs) -> Signal:
     elif kind == 1:
         found = apply_to_all(cells, 1, turned)
     elif kind == 2 and not node.number("style", 0.0):
-        found = apply_to_all(worley, 3, place, Signal.constant([jitter])).pick([0])
+        found = apply_to_all(worley, 1, place, Signal.constant([jitter]))
     else:
         raise DoesNotFold  # a fractal in space
     low, high = node.get("outmin"), node.get("outmax", 1.0)

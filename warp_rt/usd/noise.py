@@ -111,27 +111,35 @@ def cells(places: np.ndarray) -> np.ndarray:
 
 
 def worley(places: np.ndarray, jitter: np.ndarray) -> np.ndarray:
-    """Return the distances to the three nearest of points, one a unit cell about each place and those beside it.
+    """Return the distance to the nearest of points, one a unit cell about each place and those beside it: shape [n, 1].
 
     Args:
         places: Shape [n, 2].
         jitter: How far points may lie off the middles of their cells, shape [n, 1].
-
-    Returns:
-        Shape [n, 3], the nearest first.
     """
-    cell = np.floor(places.T)
-    place = places.T - cell
+    return _worley(places, jitter, 1)
+
+
+def worley_vector(places: np.ndarray, jitter: np.ndarray) -> np.ndarray:
+    """Return the distances to the three nearest points, in order, as ``worley`` that to one: shape [n, 3]."""
+    return _worley(places, jitter, 3)
+
+
+def _worley(places: np.ndarray, jitter: np.ndarray, count: int) -> np.ndarray:
+    place = np.ascontiguousarray(places.T)
+    cell = np.floor(place)
+    place = place - cell
 
     def points(at: np.ndarray) -> np.ndarray:
         return np.stack([_share(hashed(*at, np.full(at.shape[1], k))) for k in (0, 1)]) - 0.5
 
-    lattice, nearest = _Lattice(cell, (-1, 1), points), np.full((3, len(places)), np.inf)
+    lattice, nearest = _Lattice(cell, (-1, 1), points), np.full((count, len(places)), np.inf)
     for step in itertools.product((-1, 0, 1), (-1, 0, 1)):
         away = lattice.at(step) * jitter.T + (np.add(step, 0.5)[:, None] - place)
         found = away[0] ** 2 + away[1] ** 2
-        for k in range(3):
+        for k in range(count - 1):
             nearest[k], found = np.minimum(nearest[k], found), np.maximum(nearest[k], found)
+        nearest[-1] = np.minimum(nearest[-1], found)
     return np.sqrt(nearest.T)
 
 
