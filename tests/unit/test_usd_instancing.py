@@ -596,3 +596,32 @@ def test_seventy_thousand_instances_agree_with_usd() -> None:
     order = np.array([int(name[3:-1]) for name in names(scene)])
     # The unit shapes have radius 1 and size 2, USD's defaults, so that their own scale is one.
     np.testing.assert_allclose(scene.instances.world_from_local, expected[order], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("interpolation", "value", "inherited"), [("uniform", "[(0, 1, 0)]", None), ("constant", "None", 1)]
+)
+def test_a_primvar_of_its_own_elements_hides_what_instances_would_hand_down(
+    interpolation: str, value: str, inherited: float | None
+) -> None:
+    """As USD's FindPrimvarWithInheritance has it; a blocked value hides nothing."""
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        class Xform "asset" {{
+            def Xform "part" {{
+                color3f[] primvars:displayColor = {value} (interpolation = "{interpolation}")
+                def Sphere "ball" {{}}
+            }}
+        }}
+        def Xform "i" (inherits = </asset>
+            instanceable = true) {{
+            color3f[] primvars:displayColor = [(1, 0, 0)] (interpolation = "constant")
+        }}
+        """
+    )
+    ball = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/i/part/ball")).FindPrimvarWithInheritance("displayColor")
+    assert bool(ball and ball.Get()) == (inherited is not None)
+    scene = load_stage(stage)
+    found = scene.instances.primvars.get("displayColor")
+    assert (None if found is None else found[0, 0]) == inherited

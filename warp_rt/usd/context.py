@@ -18,7 +18,7 @@ from warp_rt.usd.authored import Authored
 from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.lod import NO_OVERRIDE, Override, drawn_items, lod_override
 from warp_rt.usd.mesh import INVALID_VALUE
-from warp_rt.usd.primvars import Values, inherited_constants, report_connected_constants
+from warp_rt.usd.primvars import BLOCKED, Values, inherited_constants, report_connected_constants
 from warp_rt.usd.questions import get_filtered_children
 from warp_rt.usd.visibility import hidden_purposes
 
@@ -56,7 +56,7 @@ class Context(NamedTuple):
     primvars: Sequence[UsdGeom.Primvar] = ()
     """Constant primvars authored above."""
     constants: Values = MappingProxyType({})
-    """Their values."""
+    """Their values; within an instance, ``BLOCKED`` where what is above it is hidden."""
     draw_mode: str = "default"
     """Of the model above."""
     card_visibility: str = "full"
@@ -148,9 +148,24 @@ def hand_down(
     if authored.primvars and has_heirs:
         report_connected_constants(prim, report)
         primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
-        if primvars is not here.primvars:
-            here = here._replace(primvars=primvars, constants=inherited_constants(primvars, time, report))
+        hidden = _hidden_names(prim, authored) if here.path_length else ()
+        if primvars is not here.primvars or hidden:
+            blocked = {name: value for name, value in here.constants.items() if value is BLOCKED}
+            blocked |= dict.fromkeys(hidden, BLOCKED)
+            constants = {**blocked, **inherited_constants(primvars, time, report)}
+            here = here._replace(primvars=primvars, constants=constants)
     return here
+
+
+def _hidden_names(prim: Usd.Prim, authored: Authored) -> list[str]:
+    """Return the names of the primvars that a prim has for its own elements, which hide those above from all below."""
+    api = UsdGeom.PrimvarsAPI(prim)
+    found = [api.GetPrimvar(name) for name in authored.primvars if not name.endswith(":indices")]
+    return [
+        primvar.GetPrimvarName()
+        for primvar in found
+        if primvar.GetInterpolation() != UsdGeom.Tokens.constant and primvar.HasAuthoredValue()
+    ]
 
 
 def _inheritable(own: UsdGeom.PrimvarsAPI, above: Sequence[UsdGeom.Primvar]) -> Sequence[UsdGeom.Primvar]:

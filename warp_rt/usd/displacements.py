@@ -15,7 +15,7 @@ from warp_rt.scene import Instances, Mesh, Shapes
 from warp_rt.scene.displacement import Displacement, displaced
 from warp_rt.usd.materials import DISPLACEMENT, MaterialReader
 from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
-from warp_rt.usd.primvars import Values
+from warp_rt.usd.primvars import BLOCKED, Values
 
 COARSE = "N914"
 
@@ -84,7 +84,11 @@ class DisplacementReader:
         heights = [displacement.height for displacement in displacements if displacement]
         textures = self._materials.textures
         names = {textures[height.texture].primvar if height.texture >= 0 else height.primvar for height in heights}
-        given = {name: value for name, value in constants.items() if name in names and name not in geometry.primvars}
+        given = {
+            name: value
+            for name, value in constants.items()
+            if name in names and name not in geometry.primvars and value is not BLOCKED
+        }
         told = set()
         for name in sorted(names - {"", *given, *geometry.primvars}):
             primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)

@@ -133,7 +133,7 @@ def load_stage(
         walk = StageWalk(stage, code, frozenset(chosen), reader, stand_ins, report, base_time=base)
         placed = walk.walk()
         gprims = reader.read()
-        group = placed.build(gprims)
+        group = placed.build(gprims).unblocked()
         instances = _instances(group, gprims, report)
         reader.report_unreached(instances, gprims.prims)
         linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)

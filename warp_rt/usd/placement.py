@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Usd
@@ -43,7 +43,8 @@ class Group:
     names: Sequence[str]
     """Paths of the instances within the group, relative to the path of what holds the group."""
     values: dict[str, np.ndarray]
-    """Values that precede the mesh's primvar: float32, shape [k, c]; a row of NaN: none."""
+    """Values that precede the mesh's primvar: float32, shape [k, c]; a row of NaN: none, one of BLOCKED: none, and none
+    from outside the group."""
     from_instancer: dict[str, np.ndarray]
     """Which rows of ``values`` an instancer within the group gave: bool, shape [k]. Nothing outside precedes them."""
     lights: tuple[PlacedPrim, ...]
@@ -51,6 +52,17 @@ class Group:
 
     def __len__(self) -> int:
         return len(self.gprim)
+
+    def unblocked(self) -> Group:
+        """Return the group of all that is drawn, in which nothing is inherited any more: BLOCKED rows have no value."""
+        held = {}
+        for name, values in self.values.items():
+            is_blocked = np.isinf(values[:, 0])
+            if is_blocked.any():
+                values = np.where(is_blocked[:, None], np.float32(np.nan), values)
+            if not is_blocked.all():
+                held[name] = values
+        return replace(self, values=held) if len(self) else self
 
     @property
     def is_empty(self) -> bool:

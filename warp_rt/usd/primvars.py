@@ -27,6 +27,9 @@ CONNECTED_PRIMVAR = "W112"
 Values = Mapping[str, np.ndarray]
 """Values by primvar name: float32, shape [c], or [n, c] for n copies."""
 
+BLOCKED = np.full(1, np.inf, np.float32)
+"""In place of a value that is inherited: a prim on the way has one for its own elements, which hides those above."""
+
 # Components that a name promises, where one does.
 WIDTHS = {"displayColor": 3, "displayOpacity": 1, "normals": 3}
 _SAME_FOR_INSTANCES = ("constant", "uniform")
