@@ -21,6 +21,7 @@ from .mesh_sweeps import PASS as PASS
 from .mesh_sweeps import hide_light
 
 _COUNT = 128  # patches each way of each part: the sum's error falls with its square
+_FINE_COUNT = 256  # where a rim goes through them
 _SIZES = {
     "Sphere": {"radius": 0.5},
     "Cylinder": {"radius": 0.4, "height": 0.8},
@@ -52,6 +53,10 @@ def _sweeps_of(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str, list
     # Shining along the floor, which gets what the rim leaves: the triangles' being farther out tells most there.
     along = moved(0.57, 3, 0.54) @ turned(2, -110) @ scaled(-2.2, 2.8, 1.9)
     yield "soft cone", [replace(cone, matrix=mirrored), replace(cone, matrix=along), cone]
+    alone = replace(plain, is_shaped=True)  # a hard cone of 90 degrees
+    yield "ShapingAPI alone", [replace(alone, matrix=place) for place in (OVERHEAD, TILTED, mirrored)]
+    hard = alone.having(**{"shaping:cone:angle": 40.0})
+    yield "hard cone", [replace(hard, matrix=place) for place in (OVERHEAD, TILTED, mirrored)]
     focused = shaped.having(**{"shaping:focus": 8.0, "shaping:focusTint": (0.3, 0.7, 0.3)})
     yield "focus", [focused, replace(focused, matrix=mirrored), replace(focused, matrix=TILTED)]
     profile = shaped.having(**{"shaping:ies:file": files["profile.ies"]})
@@ -102,11 +107,13 @@ def _irradiance(frame: LightFrame, to_light: np.ndarray, areas: np.ndarray) -> n
 
 def _patches(frame: LightFrame) -> tuple[np.ndarray, np.ndarray]:
     """Return the middles and the outward area vectors of a solid's patches in world space: shape [n, 3] each."""
-    middles = (np.arange(_COUNT) + 0.5) / _COUNT
+    is_hard = frame.is_shaped and not frame.attributes.get("shaping:cone:softness", 0.0)
+    count = _FINE_COUNT if is_hard and frame.attributes.get("shaping:cone:angle", 90.0) < 180 else _COUNT
+    middles = (np.arange(count) + 0.5) / count
     u, v = (grid.reshape(-1) for grid in np.meshgrid(middles, middles))
     parts = [part(u, v) for part in _parts(frame.kind)]
     places, by_u, by_v = (np.concatenate(arrays) @ frame.matrix[:3, :3].T for arrays in zip(*parts, strict=True))
-    areas = np.cross(by_u, by_v) / _COUNT**2
+    areas = np.cross(by_u, by_v) / count**2
     outwards = 1.0 if np.linalg.det(frame.matrix[:3, :3]) > 0 else -1.0
     return places + frame.matrix[:3, 3], outwards * areas
 

@@ -414,6 +414,9 @@ FAR_END_STEP = wp.constant(0.4)
 CANCELLED = wp.constant(1.0e-4)
 """Part that is left of a sum along an outline below which its digits are too few, and cells are summed instead."""
 
+ROUNDED = wp.constant(1.0e-6)
+"""Part below which nothing is left of such a sum but rounding."""
+
 MERIDIAN_STEPS = wp.constant(6.0)
 """Pieces of an outline by half the angle that a light covers, at least: the rim of a cone is met within one of them."""
 

@@ -10,6 +10,8 @@ import warp as wp
 from .outline import direction_offset, edge_flux
 from .structs import LightTriangle
 
+Offsets = wp.types.matrix(shape=(4, 3), dtype=wp.float32)
+
 
 @wp.struct
 class VisiblePart:
@@ -35,12 +37,22 @@ def middle_of(triangle: LightTriangle) -> wp.vec3:
     return triangle.origin + (triangle.side_x + triangle.side_y) / 3.0
 
 
-@wp.func
-def triangle_irradiance(triangle: LightTriangle, n: wp.vec3) -> VisiblePart:
-    """Return the vector irradiance at a surface from what is above its horizon of a triangle of radiance 1.
+@wp.struct
+class SeenPolygon:
+    """What of a triangle is above a surface's horizon: up to four corners, in the order of its winding."""
 
-    The triangle is clipped at the horizon, then its edges are summed by Lambert's formula. The sign is that of its
-    winding: negative where the surface sees its outside.
+    to_middle: wp.vec3
+    """Unit direction to the triangle's middle."""
+    offsets: Offsets
+    """Rows: by how much the unit directions to the corners differ from that."""
+    count: wp.int32
+    center: wp.vec3
+    """Mean of the corners, from the surface."""
+
+
+@wp.func
+def polygon_above(triangle: LightTriangle, n: wp.vec3) -> SeenPolygon:
+    """Return what of a triangle is above a surface's horizon.
 
     Args:
         triangle: Its origin as seen from the surface.
@@ -48,21 +60,15 @@ def triangle_irradiance(triangle: LightTriangle, n: wp.vec3) -> VisiblePart:
 
     Reference: Sutherland and Hodgman (1974), Reentrant Polygon Clipping, CACM 17(1), against one plane.
     """
-    part = VisiblePart()
+    seen = SeenPolygon()
     middle = middle_of(triangle)
     distance = wp.max(wp.length(middle), 1.0e-30)
-    c = middle / distance
+    seen.to_middle = middle / distance
     height = wp.dot(n, middle)
-    r = (triangle.side_x + triangle.side_y) / -3.0
-    first = r
+    first = (triangle.side_x + triangle.side_y) / -3.0
+    r = first
     h = height + wp.dot(n, r)
-    a = direction_offset(c, distance, r)
-    flux = wp.vec3(0.0, 0.0, 0.0)
     corners = wp.vec3(0.0, 0.0, 0.0)
-    count = float(0.0)
-    leaves = wp.vec3(0.0, 0.0, 0.0)
-    enters = wp.vec3(0.0, 0.0, 0.0)
-    is_cut = int(0)
     for k in range(3):
         r_next = first
         if k == 0:
@@ -70,29 +76,37 @@ def triangle_irradiance(triangle: LightTriangle, n: wp.vec3) -> VisiblePart:
         elif k == 1:
             r_next = r_next + triangle.side_y
         h_next = height + wp.dot(n, r_next)
-        b = direction_offset(c, distance, r_next)
         if h > 0.0:
+            seen.offsets[seen.count] = direction_offset(seen.to_middle, distance, r)
+            seen.count += 1
             corners += r
-            count += 1.0
-        if h > 0.0 and h_next > 0.0:
-            flux += edge_flux(c, a, b)
-        elif h > 0.0 or h_next > 0.0:
-            is_cut = 1
+        if (h > 0.0) != (h_next > 0.0):
             on_horizon = r + (r_next - r) * (h / (h - h_next))
-            crossing = direction_offset(c, distance, on_horizon)
+            seen.offsets[seen.count] = direction_offset(seen.to_middle, distance, on_horizon)
+            seen.count += 1
             corners += on_horizon
-            count += 1.0
-            if h > 0.0:
-                leaves = crossing
-                flux += edge_flux(c, a, crossing)
-            else:
-                enters = crossing
-                flux += edge_flux(c, crossing, b)
         r = r_next
         h = h_next
-        a = b
-    if is_cut != 0:
-        flux += edge_flux(c, leaves, enters)
+    seen.center = middle + corners / wp.max(float(seen.count), 1.0)
+    return seen
+
+
+@wp.func
+def triangle_irradiance(triangle: LightTriangle, n: wp.vec3) -> VisiblePart:
+    """Return the vector irradiance at a surface from what is above its horizon of a triangle of radiance 1.
+
+    The edges of what is left are summed by Lambert's formula. The sign is that of the triangle's winding: negative
+    where the surface sees its outside.
+
+    Args:
+        triangle: Its origin as seen from the surface.
+        n: The surface's unit normal.
+    """
+    part = VisiblePart()
+    seen = polygon_above(triangle, n)
+    flux = wp.vec3(0.0, 0.0, 0.0)
+    for k in range(seen.count):
+        flux += edge_flux(seen.to_middle, seen.offsets[k], seen.offsets[(k + 1) % seen.count])
     part.irradiance = 0.5 * flux
-    part.center = middle + corners / wp.max(count, 1.0)
+    part.center = seen.center
     return part

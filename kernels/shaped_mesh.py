@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What arrives from a triangle, or a cluster of triangles, of a mesh light that is shaped or has a profile.
 
-A triangle is halved through its longest side, and its halves again, until what is left is a piece over which the
-light's radiance hardly varies: where a cone's rim, a sharp focus or a fine profile is, or the surface near, pieces are
-small, elsewhere large. Halves 2 k and 2 k + 1 are those of piece k, so that no stack is needed to go through them.
+Where the light's radiance hardly varies over it, three points tell what a triangle sends. Else it is summed along its
+edges, as the outlines of other lights are: see :mod:`.meridian`.
+
+Where a light has no meridians, under a profile in a space that is more than turned, a triangle is halved through its
+longest side, and its halves again, until what is left is a piece over which the radiance hardly varies: where a cone's
+rim, a sharp focus or a fine profile is, or the surface near, pieces are small, elsewhere large. Halves 2 k and 2 k + 1
+are those of piece k, so that no stack is needed to go through them.
 
 Reference: Rivara (1984), Algorithms for Refining Triangular Grids Suitable for Adaptive and Multigrid Techniques,
 International Journal for Numerical Methods in Engineering 20(4).
@@ -13,6 +17,7 @@ International Journal for Numerical Methods in Engineering 20(4).
 import warp as wp
 
 from .constants import (
+    CANCELLED,
     FAR_FOCUS,
     FINEST_PIECE,
     FOCUS_PIECE,
@@ -20,6 +25,7 @@ from .constants import (
     PIECES_MAX,
     PROFILE_PIECE,
     RIM_PIECE,
+    ROUNDED,
     SLIVER_PIECE,
     SMALL_PIECE,
     SOFT_PIECE,
@@ -27,7 +33,7 @@ from .constants import (
 )
 from .emission import EmissionCell, mean_emission
 from .light_direction import half_angle
-from .light_triangle import VisiblePart, middle_of, triangle_irradiance
+from .light_triangle import VisiblePart, middle_of, polygon_above, triangle_irradiance
 from .light_variation import (
     CUT,
     DARK,
@@ -39,6 +45,7 @@ from .light_variation import (
     is_profile_even,
     profile_cell,
 )
+from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
 from .sample_mesh import next_cluster
 from .structs import LightData, LightMeshData, LightTriangle, SceneData
 from .vector import max_magnitude
@@ -102,6 +109,8 @@ class Grain:
     """Of those that the end of a cone or a profile cuts."""
     finest: wp.float32
     """Of those that are cut for their profile."""
+    meridians: MeridianView
+    """Of a light that has them: where its radiance varies too much over a triangle, it is summed along the edges."""
 
 
 @wp.func
@@ -126,6 +135,7 @@ def grain_of(scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMesh
     grain = Grain()
     grain.rim = RIM_PIECE * wp.max(wp.min(wp.min(light.cone_angle, half), reach), SLIVER_PIECE * half)
     grain.finest = FINEST_PIECE * half
+    grain.meridians = meridian_view(scene, light, center - position, size2)
     return grain
 
 
@@ -164,7 +174,7 @@ def shade_patch(
 
 @wp.func
 def piece_view(
-    scene: wp.ref[SceneData], light: wp.ref[LightData], piece: LightTriangle, n: wp.vec3, grain: Grain
+    scene: wp.ref[SceneData], light: wp.ref[LightData], piece: LightTriangle, n: wp.vec3, grain: wp.ref[Grain]
 ) -> int:
     """Return whether a piece of a triangle is DARK, has an EVEN radiance, is at its RIM, or has to be CUT.
 
@@ -285,6 +295,62 @@ def add_piece(
     return amount
 
 
+@wp.func
+def ends_within(scene: wp.ref[SceneData], light: wp.ref[LightData], triangle: LightTriangle) -> bool:
+    """Return whether a light's cone or its profile may end within a triangle, its origin as seen from the surface."""
+    middle = middle_of(triangle)
+    size2 = ball_square(triangle)
+    if light.profile >= 0:
+        if is_profile_cut(scene, light, middle, half_angle(size2, wp.length_sq(middle))):
+            return True
+    return cone_view(light, middle, size2) == CUT
+
+
+@wp.func
+def add_outline(
+    total: wp.ref[VisiblePart],
+    scene: wp.ref[SceneData],
+    light: wp.ref[LightData],
+    triangle: LightTriangle,
+    n: wp.vec3,
+    grain: wp.ref[Grain],
+) -> float:
+    """Add what :func:`add_piece` does, by an integral along the edges: exact however the radiance varies.
+
+    Args:
+        total: See there, as for the other arguments.
+        scene: Profiles, meridians.
+        light: One that has meridians.
+        triangle: Its origin as seen from the surface, which its shining side faces.
+        n: The surface's unit normal.
+        grain: How the meridians lie.
+    """
+    seen = polygon_above(triangle, n)
+    shaped = ShapedFlux()
+    for k in range(seen.count):
+        a = seen.offsets[k]
+        b = seen.offsets[(k + 1) % seen.count]
+        add_edge(scene, light, grain.meridians, seen.to_middle, a, b, shaped)
+    # As with Lambert's formula the sign is that of the winding.
+    sign = 1.0 if wp.dot(wp.cross(triangle.side_x, triangle.side_y), triangle.origin) > 0.0 else -1.0
+    tinted = wp.cw_mul(light.emission, light.focus_tint)
+    plain = light.emission - tinted
+    flux = (shaped.focused * max_magnitude(plain) + shaped.open * max_magnitude(tinted)) * sign
+    left = wp.dot(n, flux)
+    whole = shaped.summed * max_magnitude(light.emission)
+    if left <= CANCELLED * whole:
+        # Few digits. Of what a focus leaves its middle tells more; a rim leaves little, or nothing.
+        if not ends_within(scene, light, triangle):
+            return add_piece(total, scene, light, triangle, n, EVEN)
+        if left <= ROUNDED * whole:
+            return 0.0
+    amount = wp.length(flux)
+    total.irradiance += flux
+    total.arriving += (plain * wp.dot(n, shaped.focused) + tinted * wp.dot(n, shaped.open)) * sign
+    total.center += seen.center * amount
+    return amount
+
+
 @wp.func(inline=False)
 def shaped_triangle(
     scene: wp.ref[SceneData],
@@ -292,9 +358,11 @@ def shaped_triangle(
     mesh: LightMeshData,
     triangle: LightTriangle,
     n: wp.vec3,
-    grain: Grain,
+    grain: wp.ref[Grain],
 ) -> VisiblePart:
     """Return what a triangle of a mesh light sends to a surface, its radiance varying: the sum over its pieces.
+
+    Of a light that has meridians a triangle is one piece, or is summed along its edges.
 
     Args:
         scene: Profiles.
@@ -312,8 +380,11 @@ def shaped_triangle(
     node = int(1)
     while True:
         view = piece_view(scene, light, piece, n, grain)
-        is_cut = view == CUT and node < PIECES_MAX
-        if is_cut:
+        is_outlined = light.meridians >= 0 and (view == CUT or view == RIM)
+        if is_outlined:
+            sum_of_amounts += add_outline(total, scene, light, piece, n, grain)
+            break
+        if view == CUT and node < PIECES_MAX:
             node = 2 * node
             piece = half_triangle(piece, False)
         else:

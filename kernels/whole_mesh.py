@@ -121,7 +121,7 @@ def whole_triangle(
     row: int,
     position: wp.vec3,
     n: wp.vec3,
-    grain: Grain,
+    grain: wp.ref[Grain],
 ) -> VisiblePart:
     """Return what a triangle of a mesh light sends to a surface, nothing in between.
 
@@ -212,7 +212,7 @@ def part_of_mesh(
     node: int,
     position: wp.vec3,
     n: wp.vec3,
-    grain: Grain,
+    grain: wp.ref[Grain],
 ) -> VisiblePart:
     """Return what a cluster or a triangle of a mesh light sends to a surface, nothing in between.
 

@@ -72,8 +72,8 @@ def _varies(light: Light, lengths: np.ndarray) -> int:
 
 
 def _meridians(light: Light, lengths: np.ndarray, tables: LightTables) -> int:
-    """Return the row of the meridians of a light that has a shape of its own, which is not a mesh; -1: none."""
-    if light.kind in (LightKind.POINT, LightKind.DISTANT, LightKind.MESH):
+    """Return the row of the meridians of a light that has a shape; -1: none."""
+    if light.kind in (LightKind.POINT, LightKind.DISTANT):
         return -1
     axes = light.world_from_light[:3, :3] / lengths.max()
     return tables.add_meridians(light, is_even=np.abs(axes.T @ axes - np.eye(3)).max() <= _EVEN)
