@@ -30,7 +30,7 @@ class Joined:
         """Rows of all of them."""
 
     def append(self, rows: np.ndarray) -> int:
-        """Add an array, and return where it begins."""
+        """Add an array, shape [rows, ...], and return the row where it begins."""
         self.parts.append(rows)
         self.count += len(rows)
         return self.count - len(rows)
@@ -44,7 +44,7 @@ class Packer:
         self.bytes = 0
 
     def array(self, values: np.ndarray, dtype: Any, ndim: int = 1) -> wp.array:
-        """Return an array of some type and dimension."""
+        """Return an array of some type: of vectors, matrices or structs, ``ndim`` axes of them."""
         values = np.ascontiguousarray(values)
         self.bytes += values.nbytes
         if values.size == 0:

@@ -103,7 +103,7 @@ class Executor:
     def launch_uneven(
         self, kernel: wp.Kernel, weights: np.ndarray, inputs: Sequence[Any], outputs: Sequence[Any]
     ) -> None:
-        """Launch a thread of a kernel for each of ``weights``, which say how much it does; else as ``launch``."""
+        """Launch a thread of a kernel for each of ``weights``, shape [threads], what it does; else as ``launch``."""
         if self.device == "cpu":
             launch_jobs(self.workers, kernel, weights, inputs, outputs)
         else:
@@ -188,7 +188,7 @@ def launch_jobs(
 ) -> None:
     """Launch a kernel over ``len(weights)`` threads on the CPU, in jobs of about equal weight.
 
-    The kernel's argument after ``inputs`` is the first thread of the job.
+    The kernel's argument after ``inputs`` is the first thread of the job. Weights are whole numbers, shape [threads].
     """
     if not len(weights):
         return

@@ -32,7 +32,7 @@ _TITLE, _BODY = 22, 16  # sizes of type
 
 
 def scale_of(values: np.ndarray) -> tuple[int, int]:
-    """Return where a bar for some counts ends, and the step between its ticks: 1, 2 or 5 times a power of ten."""
+    """Return where a bar for counts, any shape, ends and the step between its ticks: 1, 2 or 5 times a power of ten."""
     largest = int(values.max())
     dear = values[values > values.min()]
     usual = math.ceil(np.percentile(dear, _WITHIN)) if dear.size else largest

@@ -30,7 +30,7 @@ class FilmLike(Protocol):
 
     @property
     def aovs(self) -> Mapping[str, np.ndarray]:
-        """Arrays by name, row 0 on top; ``color`` and ``alpha`` are among them."""
+        """Arrays by name, [height, width] or [height, width, components], row 0 on top; ``color`` and ``alpha`` too."""
 
     @property
     def prims(self) -> tuple[str, ...]:

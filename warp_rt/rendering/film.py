@@ -54,7 +54,7 @@ class RayCounts:
 
     @staticmethod
     def from_row(row: np.ndarray) -> RayCounts:
-        """Return the counts that a counter row of the kernel holds."""
+        """Return the counts that a counter row of the kernel holds: int64, shape [LEVELS + depth * PER_LEVEL]."""
         levels = row[int(elements.LEVELS) :].reshape(-1, int(elements.PER_LEVEL))
         primary = int(row[int(elements.PRIMARY)])
         beyond = int(row[int(elements.DROPPED_BY_DEPTH)])

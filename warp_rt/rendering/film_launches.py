@@ -115,5 +115,5 @@ class _Launches:
 
     @property
     def counts(self) -> np.ndarray:
-        """Rays that all workers counted."""
+        """Rays that all workers counted: a row as ``RayCounts.from_row`` takes it."""
         return np.sum([scratch.counts for scratch in self._scratches], axis=0)

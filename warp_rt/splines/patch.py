@@ -96,7 +96,7 @@ class Patch:
             }
 
     def normals(self, at: Places) -> np.ndarray:
-        """Return unit normals, along the cross product of the derivatives by u and v; zero where there is none.
+        """Return unit normals, along the cross product of the derivatives by u and v; zero where there is none: [n, 3].
 
         Where an edge of the surface is one point, at a pole, the derivative along that edge is zero: its change across
         the edge takes its place. Where that does not help, the normal is one a thousandth of a piece further inside.

@@ -73,7 +73,7 @@ def tessellate(
 
     Args:
         patch: The surface.
-        steps: As ``count_steps`` gives them.
+        steps: As ``count_steps`` gives them: of each piece in u, and of each in v.
         regions: What trim curves leave of its domain; None: all.
     """
     u_lines, v_lines = (_lines(pieces, count) for pieces, count in zip((patch.u, patch.v), steps, strict=True))

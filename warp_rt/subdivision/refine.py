@@ -93,7 +93,7 @@ class Step:
 
     @cached_property
     def parent_face(self) -> np.ndarray:
-        """The parent's face that each refined face is part of, int64."""
+        """The parent's face that each refined face is part of: int64, shape [faces]."""
         children = np.full(len(self.parent.counts), 4) if self.is_loop else self.parent.counts
         return np.repeat(np.arange(len(self.parent.counts)), children)
 
@@ -193,7 +193,7 @@ class Step:
 
 
 def loop_beta(valence: np.ndarray) -> np.ndarray:
-    """Return the weight of each neighbour in Loop's rule for vertices."""
+    """Return the weight of each neighbour in Loop's rule for vertices, by how many there are: float64, shape [n]."""
     return (0.625 - (0.375 + 0.25 * np.cos(2 * np.pi / valence)) ** 2) / valence
 
 

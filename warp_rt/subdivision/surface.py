@@ -68,7 +68,7 @@ class Surface:
 
     @property
     def has_surface(self) -> np.ndarray:
-        """Whether each face of the cage has a surface.
+        """Whether each face of the cage has a surface: bool, shape [faces].
 
         Without boundary rules, those have none that have a corner where the boundary is not creased for ever.
         """

@@ -194,5 +194,5 @@ class Topology:
 
 
 def wear(sharpness: np.ndarray) -> np.ndarray:
-    """Return what one refinement leaves of sharpness."""
+    """Return what one refinement leaves of sharpness: float64, any shape."""
     return np.where(sharpness >= INFINITE, INFINITE, np.maximum(sharpness - 1.0, 0.0))

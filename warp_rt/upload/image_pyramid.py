@@ -58,7 +58,7 @@ def _first_level(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
 
 
 def halve(level: np.ndarray, axis: int) -> np.ndarray:
-    """Return a linear level at half its height (axis 0) or width (1)."""
+    """Return a linear level, shape [height, width, 4], at half its height (axis 0) or width (1), rounded up."""
     if axis == 0:
         return _rows_of(level, 0, (len(level) + 1) // 2, len(level), 0)
     return np.swapaxes(halve(np.swapaxes(level, 0, 1), 0), 0, 1)
@@ -91,7 +91,7 @@ def _rows_of(texels: np.ndarray, first: int, last: int, count: int, low: int) ->
 
 
 def decode(texels: np.ndarray, is_srgb: bool) -> np.ndarray:
-    """Return texels in linear light, float32."""
+    """Return texels, shape [height, width, 4], in linear light, float32."""
     if texels.dtype == np.uint8:
         linear = _LINEAR_VALUES[is_srgb][texels]
         if is_srgb:

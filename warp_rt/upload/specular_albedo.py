@@ -64,7 +64,7 @@ def integrate(roughness: np.ndarray, cosine: np.ndarray, count: int) -> np.ndarr
 
 
 def make_table() -> np.ndarray:
-    """Return what the file holds."""
+    """Return what the file holds: float32, shape [ALBEDO_ROWS, ALBEDO_COLUMNS, 2] as ``integrate`` gives it."""
     roughness = np.linspace(float(MIRROR_FADE_START), 1, int(ALBEDO_ROWS))
     cosine = np.maximum(np.linspace(0, 1, int(ALBEDO_COLUMNS)) ** 3, 1e-5)
     rows = [integrate(np.full(len(cosine), r), cosine, 512) for r in roughness]

@@ -34,7 +34,7 @@ class Polygons:
 
     @property
     def corners(self) -> np.ndarray:
-        """int64, position in ``indices`` of all corners of these faces, one after the other."""
+        """Position in ``indices`` of all corners of these faces, one after the other: int64, shape [corners]."""
         return np.repeat(self.starts, self.counts) + _ranges(self.counts)
 
     def __getitem__(self, chosen: np.ndarray) -> Polygons:

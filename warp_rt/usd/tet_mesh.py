@@ -47,7 +47,7 @@ class TetLayout(Layout):
         return (self.tet_count, *counts) if interpolation == "uniform" and self._has_tets else counts
 
     def elements(self, interpolation: str, count: int) -> np.ndarray | None:
-        """Return which of ``count`` elements each triangle corner takes; None: element 0 everywhere."""
+        """Return which of ``count`` elements each triangle corner takes, [triangles, 3]; None: 0 everywhere."""
         if interpolation == "uniform" and count == self.tet_count and self._has_tets:
             return np.repeat(self.tets[:, None], 3, axis=1).astype(np.int32)
         return super().elements(interpolation, count)
