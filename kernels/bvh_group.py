@@ -17,12 +17,17 @@ from .constants import ALL_RAYS, GROUP, GROUP_FEW, GROUP_FLOATS, LEAVE_INSTANCE,
 from .group_stack import push_children_group, push_group
 from .group_stack_each import push_children_of_each
 from .group_structs import RayGroup
-from .intersect_group import meet_shapes, meet_triangles, set_skips
+from .intersect_group import meet_shapes, meet_triangles, note_hits, set_skips
+from .intersect_rays import meet_chosen_triangles
 from .ray_group import bound_group, greatest_end, rays_of_first_octant, rays_reaching
-from .ray_set import count_rays, drop_first, first_ray
+from .ray_set import count_rays
+from .reachable_triangles import reachable_triangles
 from .transform_group import transform_group
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
+
+LANE_COST = wp.constant(2)
+"""Rays each against a whole packet that take as long as a triangle against all rays of a group: 13 ns beside 30."""
 
 
 @wp.func
@@ -33,21 +38,34 @@ def meet_leaf(
     kind = int(accel.instances[record].kind)
     hits = wp.uint32(0)
     if kind == TRIANGLES:
-        hits = meet_triangles(
-            accel.leaves, leaf, group.rays, first, rays, group.skips, group.ends, group.u, group.v, group.words
-        )
+        lanes = int(-1)
+        if count_rays(rays) > GROUP_FEW:
+            lanes = reachable_triangles(accel.leaves, leaf, group.rays, first, rays)
+        if LANE_COST * count_rays(wp.uint32(lanes)) <= count_rays(rays):
+            hits = meet_chosen_triangles(
+                accel.leaves,
+                leaf,
+                lanes,
+                group.rays,
+                first,
+                rays,
+                group.skips,
+                group.ends,
+                group.u,
+                group.v,
+                group.words,
+            )
+        else:
+            hits = meet_triangles(
+                accel.leaves, leaf, group.rays, first, rays, group.skips, group.ends, group.u, group.v, group.words
+            )
     else:
         hits = meet_shapes(
             accel.shapes, leaf, kind, group.rays, first, rays, group.skips, group.ends, group.u, group.v, group.words
         )
     if hits == wp.uint32(0):
         return 0
-    while hits != wp.uint32(0):
-        index = first_ray(hits)
-        hits = drop_first(hits)
-        group.records[index] = record
-        if is_any:
-            group.ends[index] = -1.0
+    note_hits(group.records, group.ends, hits, record, is_any)
     return 1
 
 

@@ -54,6 +54,29 @@ def set_skips_plain(senders: wp.array[int], triangles: wp.array[int], instance: 
         skips[ray] = triangles[ray] if senders[ray] == instance else NO_TRIANGLE
 
 
+_NOTE_HITS = r"""
+    for (int ray = 0; ray < GROUP; ++ray) {
+        const bool is_hit = hits >> ray & 1;
+        ((int*)records.data)[ray] = is_hit ? record : ((const int*)records.data)[ray];
+        ((float*)ends.data)[ray] = is_hit && is_any ? -1.0f : ((const float*)ends.data)[ray];
+    }
+"""
+
+
+@wp.func_native(spell_out(_NOTE_HITS, GROUP=GROUP))
+def note_hits(records: wp.array[int], ends: wp.array[float], hits: wp.uint32, record: int, is_any: bool):
+    """Write in which instance some rays of a group have hit something, and if any hit is enough, that they have ended.
+
+    Args:
+        records: Output, instance record of each ray's hit.
+        ends: -1 for those of the rays that need no more.
+        hits: The rays.
+        record: The instance.
+        is_any: Whether any hit is enough.
+    """
+    ...
+
+
 _MEET_TRIANGLES = (
     r"""
     const float* lines = (const float*)group.data + first;

@@ -136,22 +136,22 @@ ONE_TRIANGLE = r"""
             continue;
 """
 
-ALL_TRIANGLES = (
-    VECTOR_TYPES
-    + r"""
-    const floats az = WARP_RT_LOAD(row_z) - origin_z;
-    const floats bz = WARP_RT_LOAD(row_z + 48) - origin_z;
-    const floats cz = WARP_RT_LOAD(row_z + 96) - origin_z;
-    const floats ax = (WARP_RT_LOAD(row_x) - origin_x) - shear_x * az;
-    const floats ay = (WARP_RT_LOAD(row_y) - origin_y) - shear_y * az;
-    const floats bx = (WARP_RT_LOAD(row_x + 48) - origin_x) - shear_x * bz;
-    const floats by = (WARP_RT_LOAD(row_y + 48) - origin_y) - shear_y * bz;
-    const floats cx = (WARP_RT_LOAD(row_x + 96) - origin_x) - shear_x * cz;
-    const floats cy = (WARP_RT_LOAD(row_y + 96) - origin_y) - shear_y * cz;
+EDGES = r"""
+    const floats az = ROW(row_z) - origin_z, bz = ROW(row_z + 48) - origin_z, cz = ROW(row_z + 96) - origin_z;
+    const floats ax = (ROW(row_x) - origin_x) - shear_x * az, ay = (ROW(row_y) - origin_y) - shear_y * az;
+    const floats bx = (ROW(row_x + 48) - origin_x) - shear_x * bz, by = (ROW(row_y + 48) - origin_y) - shear_y * bz;
+    const floats cx = (ROW(row_x + 96) - origin_x) - shear_x * cz, cy = (ROW(row_y + 96) - origin_y) - shear_y * cz;
     const floats edge_u = cx * by - cy * bx, edge_v = ax * cy - ay * cx, edge_w = bx * ay - by * ax;
-    const floats determinant = edge_u + edge_v + edge_w;
     const floats least_uv = WARP_RT_MIN(edge_u, edge_v), greatest_uv = WARP_RT_MAX(edge_u, edge_v);
     const floats least = WARP_RT_MIN(least_uv, edge_w), greatest = WARP_RT_MAX(greatest_uv, edge_w);
+"""
+"""Edge functions of triangles as rays see them, after VECTOR_TYPES and LEAF_ROWS; ROW: what is read of a row."""
+
+ALL_TRIANGLES = (
+    VECTOR_TYPES
+    + EDGES.replace("ROW", "WARP_RT_LOAD")
+    + r"""
+    const floats determinant = edge_u + edge_v + edge_w;
     const ints is_inside = ((least >= 0.0f) | (greatest <= 0.0f)) & (determinant != 0.0f)
         & (WARP_RT_LOAD_INTS(ids) != ray.skip);
     // Most packets are missed: the division is paid for by rays that pass through a triangle only.

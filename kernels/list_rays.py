@@ -12,28 +12,52 @@ from .structs import RayTask, ShadowRay
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
 _LIST = r"""
+    enum { HALVES = 2, KEYS = 8 * RAY_LISTS + 1 };
     int* keys_ = (int*)keys.data;
-    int places[8 * RAY_LISTS + 1] = {};
-    for (int i = 0; i < count; ++i) {
+    int places[HALVES][KEYS] = {};
+    const int half = (count + 1) / 2;
+    const auto key_of = [&](int i) {
         const auto& ray = rays.data[first + i];
         const auto &o = ray.origin, &d = ray.direction;
         const float total = o[0] + o[1] + o[2] + d[0] + d[1] + d[2];
         const int octant = (d[0] < 0.0f) + 2 * (d[1] < 0.0f) + 4 * (d[2] < 0.0f);
         const int list = (int)((unsigned int)(LIST) % RAY_LISTS);
-        keys_[i] = total - total == 0.0f && ray.reach >= 0.0f ? RAY_LISTS * octant + list : 8 * RAY_LISTS;
-        ++places[keys_[i]];
+        return total - total == 0.0f && ray.reach >= 0.0f ? RAY_LISTS * octant + list : 8 * RAY_LISTS;
+    };
+    // Neighbours go on the same list, each waiting for its size. So each half of the rays is listed by itself.
+    for (int i = 0; i < half; ++i) {
+        keys_[i] = key_of(i);
+        ++places[0][keys_[i]];
+        if (half + i < count) {
+            keys_[half + i] = key_of(half + i);
+            ++places[1][keys_[half + i]];
+        }
     }
     int place = 0;
-    for (int key = 0; key <= 8 * RAY_LISTS; ++key) {
-        const int size = places[key];
-        places[key] = place;
-        place += size;
-        if (key % RAY_LISTS == RAY_LISTS - 1)
-            ((int*)ends.data)[key / RAY_LISTS] = place;
+    for (int octant = 0; octant <= 8; ++octant) {
+        const int begin = RAY_LISTS * octant, end = octant == 8 ? KEYS : begin + RAY_LISTS;
+        uint32_t used = 0;
+        for (int key = begin; key < end; ++key)
+            used |= (uint32_t)((places[0][key] | places[1][key]) != 0) << (key - begin);
+        for (; used != 0; used &= used - 1) {
+#if defined(__CUDA_ARCH__)
+            const int key = begin + __ffs(used) - 1;
+#else
+            const int key = begin + __builtin_ctz(used);
+#endif
+            for (int part = 0; part < HALVES; ++part) {
+                const int size = places[part][key];
+                places[part][key] = place;
+                place += size;
+            }
+        }
+        ((int*)ends.data)[octant] = place;
     }
-    ((int*)ends.data)[8] = place;
-    for (int i = 0; i < count; ++i)
-        ((int*)order.data)[places[keys_[i]]++] = first + i;
+    for (int i = 0; i < half; ++i) {
+        ((int*)order.data)[places[0][keys_[i]]++] = first + i;
+        if (half + i < count)
+            ((int*)order.data)[places[1][keys_[half + i]]++] = first + half + i;
+    }
 """
 _LIST = spell_out(_LIST, RAY_LISTS=RAY_LISTS)
 
