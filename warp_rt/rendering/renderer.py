@@ -248,7 +248,7 @@ class Renderer:
             SceneError: The scene has no camera of that name.
             LimitError: The tree is larger than anybody would read, or the time limit was reached.
         """
-        from warp_rt.rendering.pixel_tree import trace_pixel
+        from warp_rt.rendering.trace_pixel import trace_pixel
 
         with self._clock("compile"):
             load_kernels([("record_tree", self.device)], on_compile=self._on_compile)
