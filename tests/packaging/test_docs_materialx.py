@@ -144,6 +144,7 @@ def _identifiers(name: str) -> list[str]:
         **{kind: [f"ND_logical_{kind}"] for kind in ("and", "or", "xor", "not")},
         **{"UsdPrimvarReader": ["ND_UsdPrimvarReader_float"], "UsdUVTexture": ["ND_UsdUVTexture_23"]},
         **{"normalmap": ["ND_normalmap_float"], "UsdTransform2d": ["ND_UsdTransform2d"], "ramp": ["ND_ramp"]},
+        "blackbody": ["ND_blackbody"],
         "convert": ["ND_convert_float_color3", "ND_convert_vector2_vector3"],
         **{"gltf_normalmap": ["ND_gltf_normalmap_vector3_1_0"], "gltf_image": ["ND_gltf_image_color3_color3_1_0"]},
         "gltf_colorimage": ["ND_gltf_colorimage"],

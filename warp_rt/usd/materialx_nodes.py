@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from warp_rt.usd.blackbody import blackbody
 from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
 from warp_rt.usd.materialx_compositing import COMPOSITES
 from warp_rt.usd.materialx_patterns import PATTERNS, smooth_step
@@ -22,7 +23,7 @@ from warp_rt.usd.texture_coordinates import rotation
 
 _NODE = re.compile(r"ND_(?:(logical_[a-z]+)|([a-z0-9]+)(?:_(.+))?)")
 _TYPE = re.compile("|".join(SIZES))
-_UNTYPED = {"normalmap": ("vector3",), "ramp": ("color4",)}
+_UNTYPED = {"normalmap": ("vector3",), "ramp": ("color4",), "blackbody": ("color3",)}
 _CHANNELS = {**{name: k for k, name in enumerate("xyzw")}, **{name: k for k, name in enumerate("rgba")}}
 _AP1_LUMINANCE = (0.2722287, 0.6740818, 0.0536895)  # the default of luminance's coefficients
 
@@ -257,6 +258,10 @@ def _contrast(node: NodeInputs) -> Signal:
     return add(pivot, multiply(add(node.get("in"), pivot, -1.0), node.get("amount", 1.0)))
 
 
+def _blackbody(node: NodeInputs) -> Signal:
+    return apply_to_all(blackbody, 3, (node.read("temperature") or Signal.constant([5000.0])).pick([0]))
+
+
 def _magnitude(node: NodeInputs) -> Signal:
     return apply_to_all(_length, 1, node.get("in"))
 
@@ -333,6 +338,7 @@ _NODES: Mapping[str, Node] = {
     "hsvtorgb": _hsv(rgb_from_hsv),
     "hsvadjust": _adjust_hsv,
     "colorcorrect": _correct,
+    "blackbody": _blackbody,
     "magnitude": _magnitude,
     "distance": _distance,
     "normalize": _normalize,
