@@ -157,7 +157,7 @@ def _identifiers(name: str) -> list[str]:
 
 _OF_ALPHA = ("premult", "unpremult", "over", "in", "out", "mask", "matte", "disjointover", "separate4", "combine4")
 _OF_COORDINATES = ("texcoord", "place2d", "rotate2d", "separate2", "combine2", "magnitude", "distance", "dotproduct")
-_OF_VECTORS = ("normalize", "crossproduct", "rotate3d", "normal", "tangent", "bitangent", "position")
+_OF_VECTORS = ("normalize", "crossproduct", "rotate3d", "normal", "tangent", "bitangent", "position", "heighttonormal")
 _OF_COLORS = (
     *("checkerboard", "luminance", "saturate", "colorcorrect", "rgbtohsv", "hsvtorgb", "hsvadjust", "separate3"),
     *("combine3", "extract", "hextiledimage"),

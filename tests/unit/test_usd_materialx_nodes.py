@@ -266,6 +266,33 @@ def test_images_are_read_at_computed_places(tmp_path):
     assert codes == ["N938"]
 
 
+def test_normals_of_heights(tmp_path):
+    """Of an image, by central differences at its texels; of waves, by their derivative; the map of -1..1 to 0..1."""
+    heights = np.random.default_rng(9).integers(0, 256, (8, 8)).astype(np.uint8)
+    PilImage.fromarray(heights).save(tmp_path / "height.png")
+    image = node("H", "ND_image_float", f"asset inputs:file = @{(tmp_path / 'height.png').as_posix()}@")
+    wire = "float inputs:in.connect = </M/H.outputs:out>"
+    spots = (np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) + 0.5) / 8
+    values, codes = read(image + node("N", "ND_heighttonormal_vector3", wire, number("scale", 3)), spots)
+    h = heights[::-1] / 255 * 3  # row 0 at the bottom
+    across = (np.roll(h, -1, 1) - np.roll(h, 1, 1)) / 2 * 8
+    upwards = (np.roll(h, -1, 0) - np.roll(h, 1, 0)) / 2 * 8
+    normals = np.stack([-across / 16, -upwards / 16, np.ones_like(across)], -1).reshape(-1, 3)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    np.testing.assert_allclose(values, 0.5 * normals + 0.5, atol=1e-4)  # differences of float32 over 1/4096
+    assert codes == ["N938"]
+
+    waves = node("C", "ND_texcoord_vector2")
+    waves += node("X", "ND_extract_vector2", "float2 inputs:in.connect = </M/C.outputs:out>")
+    waves += node("W", "ND_multiply_float", "float inputs:in1.connect = </M/X.outputs:out>", number("in2", 2 * np.pi))
+    waves += node("H", "ND_sin_float", "float inputs:in.connect = </M/W.outputs:out>")
+    values, codes = read(waves + node("N", "ND_heighttonormal_vector3", wire, number("scale", 4)), SPOTS)
+    slope = 4 * 2 * np.pi * np.cos(2 * np.pi * S) / 16
+    normals = np.stack([-slope, 0 * slope, np.ones_like(slope)], -1) / np.hypot(slope, 1)[:, None]
+    np.testing.assert_allclose(values, 0.5 * normals + 0.5, atol=2e-3)
+    assert codes == ["N938"]
+
+
 # --- what is approximated, and what is told
 
 

@@ -25,6 +25,7 @@ MAX_STRETCHED = 2048  # texels each way of images that are not placed alike, unl
 _CHUNK = 1 << 15  # texels at a time: what is computed of them stays in the caches
 _SAME = 1e-5  # of a texel
 _SINGULAR = 1e-12
+_STEP = 1 / 8192  # of texture coordinates, for slopes: below half a texel
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,11 @@ class _Places:
     tile: tuple[int, int] | None = None
     """The tile that they are on."""
 
+    def moved(self, way: np.ndarray) -> _Places:
+        """Return the places so far away, shape [2]."""
+        grid = None if self.grid is None else (self.grid[0] + way[0], self.grid[1] + way[1])
+        return _Places(self.points + way, grid, self.tile)
+
 
 class _Evaluation:
     """Values of signals at places of the image that is made."""
@@ -171,7 +177,10 @@ class _Evaluation:
 
     def _found(self, source: Source, places: _Places, done: dict[str, np.ndarray]) -> np.ndarray:
         if source.computed is not None:
-            arguments = [self._signal(argument, places, done) for argument in source.computed.arguments]
+            if source.computed.is_slope:
+                arguments = [self._slope(source.computed.arguments[0], places)]
+            else:
+                arguments = [self._signal(argument, places, done) for argument in source.computed.arguments]
             if source.computed.texture is not None:
                 return texture_values(source.computed.texture, self._images, arguments[0])
             with np.errstate(all="ignore"):
@@ -186,6 +195,16 @@ class _Evaluation:
         if places.tile is not None and source.texture.tiles is not None:
             return self._texture(_on_tile(source.texture, places.tile), places)
         return self._texture(source.texture, places)
+
+    def _slope(self, height: Signal, places: _Places) -> np.ndarray:
+        """Return how a height changes with the texture coordinates, by central differences: shape [n, 2]."""
+        image = np.linalg.inv(self._from_image)[:2, :2]
+        slopes = [
+            self._signal(height, places.moved(_STEP * image[:, axis]), {})
+            - self._signal(height, places.moved(-_STEP * image[:, axis]), {})
+            for axis in (0, 1)
+        ]
+        return np.concatenate(slopes, axis=1) / (2.0 * _STEP)
 
     def _coordinates(self, points: np.ndarray) -> np.ndarray:
         return np.asarray(points @ self._from_image[:2, :2].T + self._from_image[:2, 2])

@@ -18,7 +18,18 @@ from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
 from warp_rt.usd.materialx_compositing import COMPOSITES
 from warp_rt.usd.materialx_patterns import PATTERNS, smooth_step
 from warp_rt.usd.node_inputs import SIZES, Node, NodeInputs
-from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, blend, join, multiply
+from warp_rt.usd.signals import (
+    CHANNELS,
+    DoesNotFold,
+    Signal,
+    add,
+    apply,
+    apply_to_all,
+    apply_to_slope,
+    blend,
+    join,
+    multiply,
+)
 from warp_rt.usd.texture_coordinates import rotation
 
 _NODE = re.compile(r"ND_(?:(logical_[a-z]+)|([a-z0-9]+)(?:_(.+))?)")
@@ -196,6 +207,24 @@ def _normal_map(node: NodeInputs) -> Signal:
     return node.get("in", (0.5, 0.5, 1.0)).resized(3).map(np.diag((2 * x, 2 * y, 2.0)), np.array((-x, -y, -1.0)))
 
 
+def _height_to_normal(node: NodeInputs) -> Signal:
+    """Return the normal of a height, from -1..1 to 0..1 as maps have it.
+
+    Reference: the reference library's implementation, with the scale of a Sobel filter.
+    """
+    scaled = multiply(node.get("in").pick([0]), node.read("scale") or Signal.constant([1.0]))
+    place, own = node.coordinates, scaled.source.coordinates if scaled.source else None
+    is_own = place.source is not None and place.source.computed is None and place.source.coordinates == own
+    if own is not None and not (is_own and np.array_equal(place.matrix, np.eye(2, CHANNELS + 1))):
+        raise DoesNotFold  # slopes by other coordinates than the height's own
+    return apply_to_slope(_normal_of_slope, 3, scaled)
+
+
+def _normal_of_slope(slope: np.ndarray) -> np.ndarray:
+    normal = np.concatenate([-slope / 16.0, np.ones((len(slope), 1))], axis=1)
+    return np.asarray(0.5 * normal / np.linalg.norm(normal, axis=1, keepdims=True) + 0.5)
+
+
 def _clamp(node: NodeInputs) -> Signal:
     return apply(np.clip, node.get("in"), node.get("low"), node.get("high", 1.0))
 
@@ -356,6 +385,7 @@ _NODES: Mapping[str, Node] = {
     "logical_xor": _binary(np.logical_xor, 0.0),
     "logical_not": _unary(np.logical_not),
     "normalmap": _normal_map,
+    "heighttonormal": _height_to_normal,
     "clamp": _clamp,
     "smoothstep": _smoothstep,
     "power": _binary(np.power, 1.0),

@@ -136,6 +136,8 @@ class Field:
     arguments: tuple[Signal, ...]
     texture: Texture | None = None
     """What is read at the one argument's places, by ``baking``, which has the images; the function is not asked."""
+    is_slope: bool = False
+    """Whether the function is given how the one argument changes with the texture coordinates: across, then upwards."""
 
 
 def join(parts: Sequence[Signal]) -> Signal:
@@ -228,6 +230,22 @@ def look_up(source: Source, place: Signal) -> Signal:
     return _field(_places, (place,), CHANNELS, source)
 
 
+def apply_to_slope(function: Callable[..., np.ndarray], size: int, height: Signal) -> Signal:
+    """Return a function, of ``size`` components, of how a height changes with its texture coordinates.
+
+    Args:
+        function: Of slopes by the unit, shape [n, 2].
+        size: Components that it gives.
+        height: One component.
+
+    Raises:
+        DoesNotFold: The height is no function of one set of texture coordinates.
+    """
+    if height.value is not None:
+        return Signal.constant(function(np.zeros((1, 2)))[0].tolist())
+    return _field(function, (height.pick([0]),), size, is_slope=True)
+
+
 def _places(place: np.ndarray) -> np.ndarray:
     return place
 
@@ -237,7 +255,12 @@ def _joined(*parts: np.ndarray) -> np.ndarray:
 
 
 def _field(
-    function: Callable[..., np.ndarray], arguments: Sequence[Signal], size: int, texture: Source | None = None
+    function: Callable[..., np.ndarray],
+    arguments: Sequence[Signal],
+    size: int,
+    texture: Source | None = None,
+    *,
+    is_slope: bool = False,
 ) -> Signal:
     """Return a function of signals that are all functions of one set of texture coordinates.
 
@@ -255,6 +278,6 @@ def _field(
     )
     key = hashlib.blake2b(said.encode(), digest_size=16).hexdigest()
     primvar, fallback = found
-    made = Field(function, tuple(arguments), None if texture is None else texture.texture)
+    made = Field(function, tuple(arguments), None if texture is None else texture.texture, is_slope)
     source = Source(key, primvar=primvar, fallback=fallback, computed=made)
     return Signal.of(source, size)
