@@ -91,6 +91,8 @@ def test_letters_that_are_not_there_are_asked_about():
 
 def test_shortened_text_fits():
     assert shortened("short", 20, 1000) == "short"
-    cut = shortened("a long line of words", 20, 80)
-    assert cut.endswith("...")
-    assert typeface(20).getlength(cut) <= 80
+    text = "a long line of words"
+    kept = shortened(text, 20, 80).removesuffix("...")
+    assert text.startswith(kept)
+    assert typeface(20).getlength(kept + "...") <= 80 < typeface(20).getlength(text[: len(kept) + 1] + "...")
+    assert shortened(text, 20, 1) == "..."

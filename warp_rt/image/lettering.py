@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import bisect
 import functools
 
 from PIL import ImageFont
@@ -36,6 +37,5 @@ def shortened(text: str, size: int, width: float) -> str:
     font = typeface(size)
     if font.getlength(text) <= width:
         return text
-    while text and font.getlength(text + "...") > width:
-        text = text[:-1]
-    return text + "..."
+    too_many = bisect.bisect_right(range(len(text)), width, key=lambda count: font.getlength(text[:count] + "..."))
+    return text[: max(too_many - 1, 0)] + "..."
