@@ -21,6 +21,7 @@ def query_closest_hit_group(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.array[wp.vec3d],
     sorted: wp.array[int],
     words: wp.array[int],
     t_out: wp.array[float],
@@ -36,7 +37,7 @@ def query_closest_hit_group(
     results.v = v_out
     results.triangle = triangle_out
     results.instance = instance_out
-    trace_spans(accels[0], span, origins, directions, t_max, sorted, words, results)
+    trace_spans(accels[0], span, origins, directions, t_max, base, sorted, words, results)
 
 
 @wp.kernel
@@ -46,6 +47,7 @@ def query_any_hit_group(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.array[wp.vec3d],
     sorted: wp.array[int],
     words: wp.array[int],
     blocked_out: wp.array[wp.bool],
@@ -53,4 +55,4 @@ def query_any_hit_group(
     """Write whether the rays of up to LAUNCH_SPANS spans hit anything, from ray ``next[0]`` on."""
     results = AnyHits()
     results.is_blocked = blocked_out
-    trace_spans(accels[0], span, origins, directions, t_max, sorted, words, results)
+    trace_spans(accels[0], span, origins, directions, t_max, base, sorted, words, results)

@@ -44,8 +44,6 @@ class RaySpan:
     """Rays on each list, shape [9]."""
     group: RayGroup
     flights: Flights
-    base: wp.vec3d
-    """World point that the hierarchy's coordinates are relative to."""
     worker: int
     """Number of the worker that has this memory; 0: the thread that asks the query."""
 
@@ -257,6 +255,7 @@ def trace_span(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.array[wp.vec3d],
     sorted: wp.array[int],
     begin: int,
     size: int,
@@ -273,6 +272,7 @@ def trace_span(
         origins: Of all rays, contiguous.
         directions: Likewise.
         t_max: One value for all rays, or one a ray.
+        base: Point that the hierarchy's coordinates are relative to, in those of ``origins``, shape [1].
         sorted: The rays so that successive ones are near each other; empty: as they come.
         begin: Position of the first ray.
         size: At most GROUP_SPAN.
@@ -281,16 +281,16 @@ def trace_span(
     is_any = is_satisfied_by_any(results)
     if sorted.shape[0] == 0 and are_scattered(origins, begin, size):
         if is_for_flights(accel):
-            trace_flights(accel, span.flights, origins, directions, t_max, span.base, begin, size, is_any)
+            trace_flights(accel, span.flights, origins, directions, t_max, base[0], begin, size, is_any)
             for row in range(size):
                 write_flight(accel, results, begin + row, span.flights, row)
             return
-        is_moved = not (span.base == wp.vec3d())
+        is_moved = not (base[0] == wp.vec3d())
         for ray in range(begin, begin + size):
             end = t_max[wp.min(ray, t_max.shape[0] - 1)]
             origin = origins[ray]
             if is_moved:
-                origin = relative(origin, span.base)
+                origin = relative(origin, base[0])
             trace_single(accel, results, ray, origin, directions[ray], end, span.group.single_stack)
         return
     sort_by_octant(origins, directions, sorted, begin, size, span.order, span.sizes)
@@ -304,7 +304,7 @@ def trace_span(
             if octant < 8:
                 rays = span.group.rays
                 ends = span.group.ends
-                load_group(origins, directions, t_max, span.base, span.order, start, count, rays, 0, ends)
+                load_group(origins, directions, t_max, base[0], span.order, start, count, rays, 0, ends)
                 trace_group(accel, span.group, count, is_any)
             write_group(accel, results, span.order, start, count, octant < 8, span.group)
             start += count
@@ -317,6 +317,7 @@ def trace_spans(
     origins: wp.array[wp.vec3],
     directions: wp.array[wp.vec3],
     t_max: wp.array[float],
+    base: wp.array[wp.vec3d],
     sorted: wp.array[int],
     words: wp.array[int],
     results: Results,
@@ -332,5 +333,5 @@ def trace_spans(
         taken = take_span(words, span.worker)
         if taken[1] == 0:
             break
-        trace_span(accel, span, origins, directions, t_max, sorted, taken[0], taken[1], results)
+        trace_span(accel, span, origins, directions, t_max, base, sorted, taken[0], taken[1], results)
     leave_query(words, span.worker)

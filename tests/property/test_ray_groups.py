@@ -95,6 +95,20 @@ def test_bundles_of_rays(name: str, spread: float) -> None:
     check(accel, *rays, ends)
 
 
+def test_origins_in_float64_keep_their_digits_far_away() -> None:
+    """Groups meet what single rays do whose origins were moved in float64; those in float32 come from elsewhere."""
+    scene = instanced_scene(3)
+    center = np.array([1e6 + 1 / 3, -2e6, 5e5 + 0.1])
+    scene.instances.world_from_local[:, :3, 3] += center
+    accel = warp_rt.build_accel(scene)
+    assert accel.origin.any()
+    origins, directions = pencil(scene, 20_000, 0.3, seed=12)
+    hits = check(accel, origins + center, directions)
+    assert 0.2 < (hits.instance >= 0).mean() < 1
+    rounded = check(accel, (origins + center).astype(np.float32), directions)
+    assert (rounded.t != hits.t).mean() > 0.1
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_rays_in_any_direction(name: str) -> None:
     shape = octasphere(5) if name == "sphere" else torus(48, 24)

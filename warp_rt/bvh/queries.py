@@ -133,18 +133,17 @@ class _Rays:
         self.workers = Workers(threads if accel.device == "cpu" else 1)
         self.device = accel.device
         self.is_cpu = accel.device == "cpu"
-        # Origins with more digits than float32 has keep them where the hierarchy is far away: moved before they are
-        # rounded, for kernels that take single rays.
-        is_exact = not accel.origin.any() or getattr(origins, "dtype", None) in (wp.vec3, np.float32)
-        has_groups = accel.data.intersector == constants.WATERTIGHT and kernel in _GROUP_KERNELS
-        self.is_grouped = self.is_cpu and has_groups and is_exact
+        self.is_grouped = self.is_cpu and accel.data.intersector == constants.WATERTIGHT and kernel in _GROUP_KERNELS
         self.kernel = _GROUP_KERNELS[kernel] if self.is_grouped else kernel
         self.is_warp = isinstance(origins, wp.array)
         if isinstance(directions, wp.array) != self.is_warp:
             raise OptionError("origins and directions: both NumPy or both Warp arrays expected")
         self.count: int | None = None
-        # Kernels that take groups of rays know the point that the hierarchy's coordinates are relative to.
-        shift = accel.origin if not self.is_grouped and accel.origin.any() else None
+        # Kernels that take groups of rays subtract the point that the hierarchy's coordinates are relative to. Origins
+        # of more digits than float32 has would have lost them by then: they are moved first, as for other kernels all.
+        is_late = self.is_grouped and getattr(origins, "dtype", None) in (wp.vec3, np.float32)
+        shift = None if is_late or not accel.origin.any() else accel.origin
+        self.base = np.array([accel.origin if shift is None else np.zeros(3)], np.float64)
         self.origins = self._vectors("origins", origins, shift)
         self.count = len(self.origins)
         self.directions = self._vectors("directions", directions, None)
@@ -278,7 +277,7 @@ def _launch_groups(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
     workers.count = min(workers.count, -(-count // constants.GROUP_SPAN))
     order = RayOrder(accel, rays.origins, workers.count)
     progress = _share_rays(count, workers.count)
-    arrays = [rays.origins, rays.directions, rays.t_max, order.rays, progress.reshape(-1), *outputs]
+    arrays = [rays.origins, rays.directions, rays.t_max, rays.base, order.rays, progress.reshape(-1), *outputs]
     launches = take_span_launches(accel)
     launches.prepare(accel, kernel, arrays, workers.count)
     busy, over = progress[:, constants.BUSY_WORD], progress[0, constants.OVER_WORD :]

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import warp as wp
-
 from warp_rt.bvh.accel import Accel
 from warp_rt.bvh.ray_group import empty, make_ray_group
 from warp_rt.bvh.stacks import make_stacks
@@ -21,7 +19,6 @@ def make_ray_span(accel: Accel, worker: int) -> RaySpan:
     span.order, span.sizes = empty(9 * GROUP_SPAN, int), empty(9, int)
     span.group = make_ray_group(accel)
     span.flights = _make_flights(accel)
-    span.base = wp.vec3d(*accel.origin)
     return span
 
 
