@@ -35,10 +35,7 @@ TRIANGLE_ROW = wp.constant(14)
 MESH_ROW = wp.constant(15)
 MATERIAL_ROW = wp.constant(16)
 
-_SURFACES = (
-    "{\n"
-    + NUMBERS
-    + r"""
+_HELPERS = r"""
     const auto largest = [](const vector& v) {
         const number x = WARP_RT_ABS(v[0]), y = WARP_RT_ABS(v[1]), z = WARP_RT_ABS(v[2]), yz = WARP_RT_GREATER(y, z);
         return (number)WARP_RT_GREATER(x, yz);
@@ -49,10 +46,11 @@ _SURFACES = (
     const auto chosen = [](auto test, const vector& x, const vector& y) {
         return vector(test ? x[0] : y[0], test ? x[1] : y[1], test ? x[2] : y[2]);
     };
-    const float* lines = (const float*)group.rays.data;
-    float* rows = (float*)surfaces.data;
-    int* words_ = (int*)surfaces.data;
-    for (int block = 0; block < count; block += LANES) {
+"""
+"""Functions of vectors, a number for each lane, that Warp has for one only."""
+
+_READ_HITS = r"""
+        enum { CORNERS = 0, OFFSET = 9, NORMALS = 12, IS_SMOOTH = 21 };
         float read[22][LANES] = {};
         decltype(scene.instances.data) instances[LANES], first = nullptr;
         bool is_alone = true;
@@ -72,17 +70,17 @@ _SURFACES = (
             const auto& offset = tasks.data[order.data[start + index]].offset;
             const auto& normals = scene.primvars.data[instance.mesh * scene.primvar_count + NORMALS_SLOT];
             for (int axis = 0; axis < 3; ++axis)
-                read[9 + axis][lane] = offset[axis];
+                read[OFFSET + axis][lane] = offset[axis];
             for (int k = 0; k < 3; ++k)
                 for (int axis = 0; axis < 3; ++axis)
-                    read[3 * k + axis][lane] = scene.points.data[mesh.point_offset + corners[k]][axis];
+                    read[CORNERS + 3 * k + axis][lane] = scene.points.data[mesh.point_offset + corners[k]][axis];
             if (normals.component_count > 0) {
-                read[21][lane] = 1.0f;
+                read[IS_SMOOTH][lane] = 1.0f;
                 for (int k = 0; k < 3; ++k) {
                     const int row = normals.corner_offset < 0 ? 0
                         : scene.corners.data[normals.corner_offset + triangle][k];
                     for (int axis = 0; axis < 3 && axis < normals.component_count; ++axis)
-                        read[12 + 3 * k + axis][lane]
+                        read[NORMALS + 3 * k + axis][lane]
                             = scene.primvar_values.data[normals.value_offset + row * normals.component_count + axis];
                 }
             }
@@ -97,6 +95,11 @@ _SURFACES = (
         }
         if (!first)
             continue;
+"""
+"""What a block's hits need of the scene, read hit by hit: corners, normals, the way that the search began off the
+line, and which mesh and material it is. A block without a triangle is left."""
+
+_TO_INSTANCES = r"""
         number placed[24];
         for (int k = 0; k < 24; ++k)
             placed[k] = (number)((const float*)first)[k];
@@ -122,16 +125,20 @@ _SURFACES = (
                 local[1] * n[0] + local[5] * n[1] + local[9] * n[2],
                 local[2] * n[0] + local[6] * n[1] + local[10] * n[2]);
         };
+"""
+"""The ways between world and instances: those of one where all hits are its own, else a lane for each."""
 
-        // load_triangle
-        const vector p0 = WARP_RT_VECTOR(read[0], LANES), p1 = WARP_RT_VECTOR(read[3], LANES);
-        const vector p2 = WARP_RT_VECTOR(read[6], LANES), offset = WARP_RT_VECTOR(read[9], LANES);
+_LOAD_TRIANGLE = r"""
+        const vector p0 = WARP_RT_VECTOR(read[CORNERS], LANES), p1 = WARP_RT_VECTOR(read[CORNERS + 3], LANES);
+        const vector p2 = WARP_RT_VECTOR(read[CORNERS + 6], LANES), offset = WARP_RT_VECTOR(read[OFFSET], LANES);
         const vector side1 = sub(p1, p0), side2 = sub(p2, p0);
         const number size1 = largest(side1), size2 = largest(side2), size12 = WARP_RT_GREATER(size1, size2);
         const number size = WARP_RT_GREATER(size12, (number)1.0e-30f);
         const vector e1 = div(side1, size), e2 = div(side2, size), across = cross(e1, e2);
+"""
+"""``load_triangle``: edges and normal, scaled to keep within float32."""
 
-        // correct_hit
+_CORRECT_HIT = r"""
         const vector world_direction = WARP_RT_VECTOR(lines + DIRECTION_ROW * GROUP + block, GROUP);
         const vector direction = to_local(world_direction), local_offset = to_local(offset);
         const number found_t = WARP_RT_NUMBER((const float*)group.ends.data + block);
@@ -149,8 +156,10 @@ _SURFACES = (
         const number positive_v = WARP_RT_CHOOSE(moved_v > 0.0f, moved_v, (number)0.0f), rest = 1.0f - u;
         const number v = WARP_RT_CHOOSE(is_moved, WARP_RT_CHOOSE(positive_v < rest, positive_v, rest), found_v);
         const number t = WARP_RT_CHOOSE(is_moved, found_t + dt, found_t);
+"""
+"""``correct_hit``: where the line itself meets the triangle's plane, from where the ray beside it does."""
 
-        // place_on_triangle
+_PLACE_ON_TRIANGLE = r"""
         const number length = WARP_RT_SQRT(dot(across, across));
         const vector nothing = vector((number)0.0f), n_local = chosen(length > 0.0f, div(across, length), nothing);
         const vector n_world = to_world_normal(n_local);
@@ -171,8 +180,10 @@ _SURFACES = (
         const vector on_ray = add(origin, mul(direction, dot(n_local, sub(p0, origin)) / slope));
         const vector sums = chosen(is_great, add(along_ray, m0), weighted_sums);
         const vector position = to_place(world, chosen(is_great, on_ray, weighted));
+"""
+"""``place_on_triangle``: the point, on great triangles found along the ray, and the geometric normal."""
 
-        // spawn_clearance
+_SPAWN_CLEARANCE = r"""
         const vector back = add(magnitudes(position), magnitudes(vector(world[3], world[7], world[11])));
         vector way_back;
         for (int axis = 0; axis < 3; ++axis)
@@ -180,14 +191,19 @@ _SURFACES = (
                 + WARP_RT_ABS(local[4 * axis + 2]) * back[2];
         const number rounding
             = dot(magnitudes(n_local), add(sums, way_back)) * SPAWN_OFFSET + corners * SPAWN_OFFSET_MIN;
+"""
+"""``spawn_clearance``: how far off it rays must start."""
 
-        // eval_normals
-        const vector n0 = WARP_RT_VECTOR(read[12], LANES), n1 = WARP_RT_VECTOR(read[15], LANES);
-        const vector n2 = WARP_RT_VECTOR(read[18], LANES);
+_EVAL_NORMALS = r"""
+        const vector n0 = WARP_RT_VECTOR(read[NORMALS], LANES), n1 = WARP_RT_VECTOR(read[NORMALS + 3], LANES);
+        const vector n2 = WARP_RT_VECTOR(read[NORMALS + 6], LANES);
         const vector n = to_world_normal(add(add(mul(n0, 1.0f - (u + v)), mul(n1, u)), mul(n2, v)));
         const number n_length = WARP_RT_SQRT(dot(n, n));
-        const auto is_smooth = (n_length > 0.0f) & (WARP_RT_NUMBER(read[21]) > 0.0f);
+        const auto is_smooth = (n_length > 0.0f) & (WARP_RT_NUMBER(read[IS_SMOOTH]) > 0.0f);
+"""
+"""``eval_normals``: the shading normal."""
 
+_WRITE_SURFACES = r"""
         WARP_RT_KEEP_VECTOR(rows + POSITION_ROW * GROUP + block, GROUP, position);
         WARP_RT_KEEP_VECTOR(rows + GEOMETRIC_ROW * GROUP + block, GROUP, n_geometric);
         const vector n_shading = chosen(is_smooth, div(n, n_length), n_geometric);
@@ -196,9 +212,28 @@ _SURFACES = (
         WARP_RT_KEEP(rows + U_ROW * GROUP + block, u);
         WARP_RT_KEEP(rows + V_ROW * GROUP + block, v);
         WARP_RT_KEEP(rows + T_ROW * GROUP + block, t);
-    }
-}
 """
+"""The rows of the block."""
+
+_SURFACES = (
+    "{\n"
+    + NUMBERS
+    + _HELPERS
+    + r"""
+    const float* lines = (const float*)group.rays.data;
+    float* rows = (float*)surfaces.data;
+    int* words_ = (int*)surfaces.data;
+    for (int block = 0; block < count; block += LANES) {
+"""
+    + _READ_HITS
+    + _TO_INSTANCES
+    + _LOAD_TRIANGLE
+    + _CORRECT_HIT
+    + _PLACE_ON_TRIANGLE
+    + _SPAWN_CLEARANCE
+    + _EVAL_NORMALS
+    + _WRITE_SURFACES
+    + "    }\n}\n"
 )
 _SURFACES = spell_out(
     _SURFACES,
