@@ -38,8 +38,7 @@ def test_kernels_were_found() -> None:
     assert {"bvh_build", "bvh_clusters", "bvh_collapse", "bvh_instances", "query", "render"} <= names
 
 
-# The oldest of today's data centres, which all later ones take; the latest that we have run on, in the heavy tests.
-@pytest.mark.parametrize("arch", [80, pytest.param(90, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("arch", [80, 90])
 @pytest.mark.parametrize(
     "file",
     [
