@@ -459,7 +459,7 @@ HORIZON_PIECE = wp.constant(0.1)
 PROFILE_PIECE = wp.constant(0.5)
 """Half angle of a piece, in cells of the light's profile."""
 
-RIM_PIECE = wp.constant(1.0 / 12.0)
+RIM_PIECE = wp.constant(1.0 / 24.0)
 """Half angle of a piece that a cone's rim or a profile's end cuts, by that of the cone, of all of the light, or by how
 far the cone reaches into it."""
 

@@ -45,7 +45,10 @@ def _view_notes(
     if not scene.lights and not scene.domes:
         yield Diagnostic("N902", source, "no light in the stage: a headlight is used")
     if has_extent and not options.light_samples:
-        message = "lights of some size and domes cast sharp shadows or none: light samples make them soft"
+        message = (
+            "lights of some size and domes cast sharp shadows or none, and highlights are those of points: "
+            "light samples make both soft"
+        )
         yield Diagnostic("N907", source, message)
     if options.light_samples and not has_extent:
         yield Diagnostic(
