@@ -3,20 +3,22 @@
 """Silhouettes beside reference pictures that other renderers made of the same stages.
 
     python -m benchmarks references OUT                    all stages whose camera is authored
-    python -m benchmarks references OUT --framed           and those that OpenUSD's programs framed
     python -m benchmarks references OUT --only test_0202 --only Nurbs
     python -m benchmarks references OUT --gallery          and the pictures of docs/gallery.md
 
 The pairs are those of corpora/references.tsv in the test data (WARP_RT_TEST_DATA): Arnold's of arnold-usd's tests,
-Storm's of OpenUSD's, usdrecord's of usd-wg's assets. Each stage is rendered at its picture's size and frame, by the
+Storm's of OpenUSD's, where a camera of the stage is used. Others were framed by the bounding boxes of
+programs in versions that nobody wrote down. Each stage is rendered at its picture's size and frame, by the
 camera, complexity and purposes that its test asked for, with dome lights hidden, and the overlap of both silhouettes is
 
     IoU = (pixels that both cover) / (pixels that either covers).
 
-A pixel is covered where alpha is above one half, however wide a renderer filters. Of an opaque reference those are
-covered that are not of the background's colour (the one that the test cleared with, else the corners'), which holds
-for any share of a pixel, so that any share counts in ours, too; there is nothing to compare where the corners differ
-from one another, as they do before a dome with a texture. OUT gets references.tsv, the pictures, and sheets that show
+A pixel is covered where alpha is above one half. Of an opaque reference those are covered that are not of the
+background's colour (the one that the test cleared with, else the corners'), which holds for a small share of a pixel,
+so that a small share counts in ours, too; there is nothing to compare where the corners differ from one another, as
+they do before a dome with a texture. Arnold filters by a Gaussian two pixels wide, and so do we beside it; Storm does
+not know depth of field, and beside it there is none. benchmarks/reference_settings.py lists with what else some
+pictures were made, and why. OUT gets references.tsv, the pictures, and sheets that show
 reference, ours and the difference of coverage (red: theirs alone, blue: ours alone), the worst first.
 """
 
@@ -34,26 +36,28 @@ from pathlib import Path
 import numpy as np
 from PIL import Image as PillowImage
 from PIL import ImageDraw
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Usd
 
 from warp_rt import Renderer, RenderOptions, Scene
 from warp_rt.api import open_scene
 from warp_rt.errors import WarpRtError
 from warp_rt.image.image import Image
 from warp_rt.options import COMPLEXITIES
-from warp_rt.rendering.film_camera import choose_camera, frame_camera
+from warp_rt.rendering.film import Film
 from warp_rt.rendering.shutter import render_frame
-from warp_rt.scene import Camera
 
 from .command import make_parser, save_if_asked
 from .meshes import find_test_data
+from .reference_settings import setting_of
 from .results import ROOT, Row
 
 GOAL = 0.98
-SAMPLES = 16  # a pixel
+SAMPLES = 16  # a pixel, and beside Arnold one of its parts
+PARTS = 3  # of a pixel's side, which Arnold's filter is summed over
+FILTER_RADIUS = 1.0  # of Arnold's Gaussian, exp(-2 r^2) [pixel]
 BACKGROUND_STEPS = 3  # 8-bit steps within which a pixel has the background's colour
+BACKGROUND_SHARE = BACKGROUND_STEPS / 255 / 0.3  # of a pixel, that takes it so far at a contrast of 0.3
 CELL, COLUMNS, ROWS, LABEL = (160, 120), 3, 8, 24  # of a sheet: pairs side by side, and one below the other [pixel]
-FRAMING = "/__warp_rt_reference_camera"
 # Pictures of docs/gallery.md, by a part of the reference's path.
 GALLERY = {
     "test_1352/": "crowd",
@@ -74,7 +78,7 @@ class Pair:
     stage: str
     image: str
     renderer: str
-    """``arnold``, ``storm``, ``storm framed`` or ``usdrecord framed``."""
+    """``arnold`` or ``storm``."""
     camera: str = ""
     """Path; empty: the one that the stage would be seen by."""
     frame: float | None = None
@@ -85,8 +89,6 @@ class Pair:
     """What gives way where camera and picture differ in aspect; empty: what the render settings say."""
     background: tuple[float, ...] | None = None
     """Colour and alpha that the picture was cleared with, where the test says so."""
-    translate: tuple[float, ...] | None = None
-    """Along x, y and z of what OpenUSD's test frames; None: all is framed."""
 
 
 @dataclass(frozen=True)
@@ -101,13 +103,14 @@ class Result:
     ours: float
     seconds: float
     note: str = ""
+    noise: float = math.nan
+    """Overlap of our silhouette with itself, drawn with as few samples as the reference has; NaN: not known."""
 
 
 def main(arguments: Sequence[str]) -> None:
     """Render the stages, write the table and the sheets, and print those below the goal."""
     parser = make_parser("references", __doc__, rounds=1)
     parser.add_argument("out", type=Path, help="folder for the table, pictures and sheets")
-    parser.add_argument("--framed", action="store_true", help="also what OpenUSD's programs framed")
     parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="pictures whose path has TEXT")
     parser.add_argument("--gallery", action="store_true", help="also the pictures of docs/gallery.md")
     chosen = parser.parse_args(arguments)
@@ -115,8 +118,7 @@ def main(arguments: Sequence[str]) -> None:
     if table is None:
         sys.exit("references: no corpora in the test data: WARP_RT_TEST_DATA names the folder that holds corpora/")
     corpora = table.parent
-    pairs = [pair for pair in read_pairs(corpora) if chosen.framed or not pair.renderer.endswith("framed")]
-    pairs = [pair for pair in pairs if not chosen.only or any(text in pair.image for text in chosen.only)]
+    pairs = [pair for pair in read_pairs(corpora) if not chosen.only or any(text in pair.image for text in chosen.only)]
     (chosen.out / "pictures").mkdir(parents=True, exist_ok=True)
     results = [compare(corpora, pair, chosen.out / "pictures") for pair in pairs]
     results.sort(key=lambda result: (not math.isnan(result.overlap), result.overlap))
@@ -143,8 +145,6 @@ def read_pairs(corpora: Path) -> Iterator[Pair]:
             pair = _arnold(row)
         elif "testUsdImagingGLBasicDrawing" in row["options"] and "-displayWindow" not in row["options"]:
             pair = _storm(row)
-        elif row["renderer"].startswith("usdrecord"):
-            pair = Pair(row["stage"], row["image"], "usdrecord framed", frame=float(row["frame"] or "nan"))
         if pair is not None:
             yield pair
 
@@ -165,7 +165,7 @@ def _arnold(row: dict[str, str]) -> Pair:
 
 
 def _storm(row: dict[str, str]) -> Pair | None:
-    """The view is known where the test names a camera, a translation, or frames everything."""
+    """The view is known where the test names a camera."""
     words = row["options"].split()
     known: dict[str, list[str]] = {}
     for word in words:
@@ -173,13 +173,13 @@ def _storm(row: dict[str, str]) -> Pair | None:
             known[word] = []
         elif known:
             known[list(known)[-1]].append(word)
-    if not known.keys() & {"-camera", "-translate", "-frameAll"}:
+    if "-camera" not in known:
         return None
     complexity = row["variant"].removeprefix("complexity ") or (known.get("-complexity") or ["1"])[0]
     purposes = [
         purpose
         for purpose, flag, is_shown in (
-            ("render", "-renderPurpose", "show"),
+            ("render", "-renderPurpose", "hide"),
             ("proxy", "-proxyPurpose", "show"),
             ("guide", "-guidesPurpose", "hide"),
         )
@@ -189,14 +189,13 @@ def _storm(row: dict[str, str]) -> Pair | None:
     return Pair(
         row["stage"],
         row["image"],
-        "storm" if "-camera" in known else "storm framed",
-        camera=known["-camera"][0] if "-camera" in known else "",
+        "storm",
+        camera=known["-camera"][0],
         frame=float(row["frame"]) if row["frame"] else None,
         complexity=COMPLEXITIES[min(round(10 * (float(complexity) - 1)), len(COMPLEXITIES) - 1)],
         purposes=("default", *purposes),
         policy="expandAperture" if known.get("-windowPolicy") == ["fit"] else "adjustApertureWidth",
         background=tuple(map(float, clear[:4])) if clear else None,
-        translate=tuple(map(float, known["-translate"][:3])) if "-translate" in known else None,
     )
 
 
@@ -214,23 +213,35 @@ def compare(corpora: Path, pair: Pair, pictures: Path) -> Result:
         theirs, is_opaque = read_coverage(corpora, pair)
     except (WarpRtError, OSError, ValueError) as error:
         return Result(pair, math.nan, math.nan, math.nan, time.perf_counter() - start, " ".join(str(error).split()))
-    ours = picture.alpha > (0 if is_opaque else 0.5)
-    either = (theirs | ours).sum()
-    overlap = float((theirs & ours).sum() / either) if either else 1.0
-    return Result(pair, overlap, float(theirs.mean()), float(ours.mean()), time.perf_counter() - start)
+    ours = our_coverage(pair, picture.alpha, is_opaque)
+    noise = math.nan
+    setting = setting_of(pair.image)
+    if setting is not None and setting.samples:
+        drawn = np.random.default_rng(0).binomial(setting.samples, picture.alpha.clip(0, 1)) / setting.samples
+        noise = _overlap(silhouette(pair, drawn), ours)
+    seconds = time.perf_counter() - start
+    return Result(pair, _overlap(theirs, ours), float(theirs.mean()), float(ours.mean()), seconds, noise=noise)
+
+
+def _overlap(first: np.ndarray, second: np.ndarray) -> float:
+    either = (first | second).sum()
+    return float((first & second).sum() / either) if either else 1.0
 
 
 def read_coverage(corpora: Path, pair: Pair) -> tuple[np.ndarray, bool]:
     """Return which pixels a reference covers, bool, shape [height, width], and whether it is opaque.
 
     Raises:
-        ValueError: It is opaque and its corners differ.
+        ValueError: It is opaque, and its corners differ or it has no outline.
     """
     with PillowImage.open(corpora / pair.image) as image:
         pixels = np.asarray(image.convert("RGBA"), np.float64)
     alpha, color = pixels[..., 3] / 255, pixels[..., :3]
     if alpha.min() < 1 and alpha.max() > 0:
-        return alpha > 0.5, False
+        return silhouette(pair, alpha), False
+    setting = setting_of(pair.image)
+    if setting is not None and setting.has_no_outline:
+        raise ValueError(f"{setting.reason}: nothing to compare")
     corners = color[[0, 0, -1, -1], [0, -1, 0, -1]]
     if pair.background is not None:
         background = 255 * np.array(pair.background[:3])
@@ -241,55 +252,92 @@ def read_coverage(corpora: Path, pair: Pair) -> tuple[np.ndarray, bool]:
     return (np.abs(color - background) > BACKGROUND_STEPS).any(axis=2), True
 
 
+def our_coverage(pair: Pair, alpha: np.ndarray, is_opaque: bool) -> np.ndarray:
+    """Return which pixels of ours are covered, as those of a reference are told, bool, shape [height, width]."""
+    if not is_opaque:
+        return silhouette(pair, alpha)
+    return alpha > (BACKGROUND_SHARE if pair.renderer == "arnold" else 0)
+
+
+def silhouette(pair: Pair, alpha: np.ndarray) -> np.ndarray:
+    """Return what alpha covers, bool, shape [height, width].
+
+    That is where it is above one half; where noise asks for smoothing, above half of its largest smoothed value.
+    """
+    setting = setting_of(pair.image)
+    if setting is None or not setting.smoothing:
+        return alpha > 0.5
+    reach = math.ceil(3 * setting.smoothing)
+    weights = np.exp(-(np.arange(-reach, reach + 1) ** 2) / (2 * setting.smoothing**2))
+    weights /= weights.sum()
+    for axis in (0, 1):
+        alpha = np.apply_along_axis(
+            lambda line: np.convolve(np.pad(line, reach, mode="edge"), weights, "valid"), axis, alpha
+        )
+    return alpha > 0.5 * alpha.max()
+
+
 def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
-    """Return our picture of a stage."""
+    """Return our picture of a stage, filtered as the reference is."""
+    if pair.renderer != "arnold":
+        return Image(_render(corpora, pair, shape))
+    film = _render(corpora, pair, (PARTS * shape[0], PARTS * shape[1]))
+    filtered = {name: filter_parts(film.aovs[name]) for name in ("color", "alpha")}
+    return Image(replace(film, width=shape[1], height=shape[0], aovs=filtered))
+
+
+def filter_parts(parts: np.ndarray) -> np.ndarray:
+    """Return pixels, shape [height, width, ...], of an array that has ``PARTS`` x ``PARTS`` times as many."""
+    height, width = parts.shape[0] // PARTS, parts.shape[1] // PARTS
+    around = ((PARTS, PARTS), (PARTS, PARTS)) + ((0, 0),) * (parts.ndim - 2)
+    padded = np.pad(parts.astype(np.float64), around, mode="edge")
+    total, weights = np.zeros((height, width, *parts.shape[2:])), 0.0
+    offsets = (np.arange(3 * PARTS) + 0.5) / PARTS - 1.5
+    for row, y in enumerate(offsets):
+        for column, x in enumerate(offsets):
+            if x * x + y * y <= FILTER_RADIUS**2:
+                weight = math.exp(-2 * (x * x + y * y))
+                total += weight * padded[row:, column:][: height * PARTS : PARTS, : width * PARTS : PARTS]
+                weights += weight
+    return (total / weights).astype(np.float32)
+
+
+def _render(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Film:
+    setting = setting_of(pair.image)
     stage = Usd.Stage.Open(str(corpora / pair.stage))
-    camera = pair.camera
-    if pair.renderer == "storm framed":
-        camera = FRAMING
-        _add_framing_camera(stage, pair, shape)
+    if setting is not None and setting.edit is not None:
+        stage = Usd.Stage.Open(stage.Flatten())
+        setting.edit(stage, Usd.TimeCode.Default() if pair.frame is None else Usd.TimeCode(pair.frame))
     at_default = pair.renderer.startswith("storm") and pair.frame is None
-    source = open_scene(stage, default_time=at_default, purposes=pair.purposes, complexity=pair.complexity)
-    moment = None if pair.frame is None or math.isnan(pair.frame) else pair.frame
-    frame = _prepared(source.scene(moment), pair)
+    complexity = (setting.complexity if setting is not None else "") or pair.complexity
+    source = open_scene(stage, default_time=at_default, purposes=pair.purposes, complexity=complexity)
+    frame = _prepared(source.scene(pair.frame), pair)
     options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
-    eye: Camera | str | None = camera or None
-    if pair.renderer == "usdrecord framed":
-        eye = choose_camera(frame, None, as_usdrecord=True) or frame_camera(frame, options, as_usdrecord=True)
+    eye = pair.camera or None
     film, _ = render_frame(
         Renderer(frame, options, device="cpu"),
         lambda time: (_prepared(source.scene(time, base_time=frame.time), pair), eye),
         camera=eye,
     )
-    return Image(film)
+    for before in () if setting is None else setting.frames_before:
+        film = _over(film, _render(corpora, replace(pair, image="", frame=before), shape))
+    return film
+
+
+def _over(front: Film, back: Film) -> Film:
+    behind = 1 - front.aovs["alpha"]
+    aovs = {
+        "color": front.aovs["color"] + behind[..., None] * back.aovs["color"],
+        "alpha": front.aovs["alpha"] + behind * back.aovs["alpha"],
+    }
+    return replace(front, aovs=aovs)
 
 
 def _prepared(scene: Scene, pair: Pair) -> Scene:
     settings = replace(scene.settings, aspect_policy=pair.policy) if pair.policy else scene.settings
+    if pair.renderer.startswith("storm"):
+        settings = replace(settings, disables_depth_of_field=True)
     return replace(scene, settings=settings, domes=tuple(replace(dome, is_visible=False) for dome in scene.domes))
-
-
-def _add_framing_camera(stage: Usd.Stage, pair: Pair, shape: tuple[int, int]) -> None:
-    """Define a camera that sees what testUsdImagingGLBasicDrawing does: 60 degrees high, the stage's box in front."""
-    is_z_up = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
-    translate = pair.translate
-    if translate is None:
-        cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default", "proxy"], useExtentsHint=True)
-        box = cache.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
-        center, size = box.GetMidpoint(), box.GetSize().GetLength()
-        x, y, z = (center[0], center[2], center[1]) if is_z_up else center
-        translate = (-x, -y, -z - size)
-    view = Gf.Matrix4d(1)
-    if is_z_up:
-        view.SetRotate(Gf.Rotation(Gf.Vec3d(1, 0, 0), -90))
-    view *= Gf.Matrix4d().SetTranslate(Gf.Vec3d(*translate))
-    with Usd.EditContext(stage, stage.GetSessionLayer()):
-        camera = UsdGeom.Camera.Define(stage, Sdf.Path(FRAMING))
-        camera.AddTransformOp().Set(view.GetInverse())
-        camera.GetFocalLengthAttr().Set(10.0)
-        height = 2 * 10.0 * math.tan(math.radians(30))
-        camera.GetVerticalApertureAttr().Set(height)
-        camera.GetHorizontalApertureAttr().Set(height * shape[1] / shape[0])
 
 
 # --- what is told
@@ -305,6 +353,7 @@ def summary(results: Sequence[Result]) -> str:
         lines.append(f"{renderer}: {len(good)} of {len(found)} at {GOAL} or more, median {median:.4f}")
     lines += [
         f"{r.overlap:.4f}  theirs {r.theirs:.3f} ours {r.ours:.3f}  {r.pair.image} {r.note}"
+        + ("" if math.isnan(r.noise) else f" noise alone: {r.noise:.4f}")
         for r in results
         if not r.overlap >= GOAL
     ]
@@ -383,7 +432,7 @@ def _parts(corpora: Path, out: Path, result: Result) -> list[PillowImage.Image]:
     if math.isnan(result.overlap):
         return parts
     theirs, is_opaque = read_coverage(corpora, result.pair)
-    covered = np.asarray(parts[1])[..., 3] > (0 if is_opaque else 127)
+    covered = our_coverage(result.pair, np.asarray(parts[1])[..., 3] / 255, is_opaque)
     both = 0.6 * (theirs & covered)
     difference = np.stack([np.maximum(theirs & ~covered, both), both, np.maximum(covered & ~theirs, both)], axis=2)
     parts.append(PillowImage.fromarray((255 * difference).astype(np.uint8)).convert("RGBA"))
