@@ -153,31 +153,33 @@ class GprimReader:
     def read(self) -> Gprims:
         """Return the listed prims' geometry and materials."""
         sources = self._read_sources()
-        mesh, prim, materials = np.full((3, len(self._listed)), -1, np.int32)
+        rows: list[tuple[int, int, int]] = []
         meshes: dict[object, int] = {}
         drawn: list[Mesh | Shapes] = []
         prims: dict[tuple[Sdf.Path, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
-        for row, listed in enumerate(self._listed):
+        for listed in self._listed:
             source = sources[listed.source]
             if source is None:
+                rows.append((-1, -1, -1))
                 continue
             bound = listed.materials or self._bind(listed, source)
             move = self._move(listed, source, bound) if self._displacements.concern(bound) else None
             key = listed.source if move is None else (listed.source, *move.key)
-            mesh[row] = meshes.setdefault(key, len(meshes))
+            mesh = meshes.setdefault(key, len(meshes))
             if len(meshes) > len(drawn):
                 drawn.append(source.mesh if move is None else self._displacements.apply(source.mesh, move))
-            prim[row] = prims.setdefault((listed.path, listed.context.tail_start), len(prims))
-            materials[row] = material_sets.setdefault(bound, len(material_sets))
+            prim = prims.setdefault((listed.path, listed.context.tail_start), len(prims))
+            rows.append((mesh, prim, material_sets.setdefault(bound, len(material_sets))))
+        of_mesh, of_prim, of_materials = np.array(rows, np.int32).reshape(-1, 3).T.copy()
         return Gprims(
             meshes=tuple(drawn),
             prims=tuple(str(path) for path, _ in prims),  # one after the other in memory
             tail_starts=tuple(start for _, start in prims),
             material_sets=tuple(material_sets),
-            mesh=mesh,
-            prim=prim,
-            materials=materials,
+            mesh=of_mesh,
+            prim=of_prim,
+            materials=of_materials,
             primvars=tuple(frozenset(one.primvars) for one in drawn),
         )
 

@@ -67,6 +67,10 @@ def _without_collector() -> Iterator[None]:
         yield
     finally:
         if was_enabled:
+            if not gc.get_freeze_count():
+                # What was read is old at once, and not looked through by the next collections of young objects.
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

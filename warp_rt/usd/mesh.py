@@ -231,15 +231,10 @@ def _built(
     subsets: tuple[str, ...] = ()
     if source.may_have_subsets:
         slots, subsets = read_face_slots(source.prim, layout.face_count, source.time, report)
-    mesh = Mesh(
-        points=shape.points,
-        triangles=layout.triangles,
-        normals=normals,
-        primvars=primvars,
-        material_slots=None if slots is None else slots[layout.face_ids],
-        face_ids=None if shape.is_one_to_one else layout.face_ids,
-        is_closed=shape.is_closed,
-    )
+    triangle_slots = None if slots is None else slots[layout.face_ids]
+    face_ids = None if shape.is_one_to_one else layout.face_ids
+    # By position: names take a third longer, for every mesh.
+    mesh = Mesh(shape.points, layout.triangles, normals, primvars, triangle_slots, face_ids, shape.is_closed)
     return MeshSource(mesh, subsets)
 
 
