@@ -95,6 +95,27 @@ SHEAR = np.array([[1.25, 0, 0.6, 0], [0, 1, 0, 0], [0, 0, 0.75, 0], [0, 0, 0, 1.
 
 # --- files
 
+EVERYTHING = {
+    "intensity": 3.0,
+    "exposure": 1.5,
+    "color": (1, 0.6, 0.3),
+    "enableColorTemperature": True,
+    "colorTemperature": 3200.0,
+    "diffuse": 0.7,
+    "normalize": True,
+    "shaping:cone:angle": 55.0,
+    "shaping:cone:softness": 0.4,
+    "shaping:focus": 2.0,
+    "shaping:focusTint": (0.2, 0.1, 0.6),
+}
+"""Attributes that multiply each other."""
+MIRRORED = (
+    OVERHEAD @ turned(1, 20) @ scaled(-1.5, 0.6, 1.2),
+    moved(-1, 1.6, 0.8) @ turned(0, -60) @ turned(2, 25) @ scaled(1, -2, 0.5),
+    moved(0.5, 2, -0.3) @ turned(0, -70) @ SHEAR @ scaled(-1, 1.3, 1),
+)
+"""Places of uneven scale, that mirror; the last is sheared, too."""
+
 _PROFILE_VERTICAL = np.array([0.0, 20, 50, 80, 100, 140, 180])
 _PROFILE_HORIZONTAL = np.array([0.0, 45, 90, 160, 270, 315, 360])
 _PROFILE_VALUES = np.array(  # no two halves are alike
@@ -239,6 +260,8 @@ def _shaping_sweeps(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str,
     yield "profile, normalized", _each(_with(profile, **{normalize: True}), scale, [-0.5, 0.0, 0.5])
     turns = [OVERHEAD @ turned(2, angle) for angle in (0, 70, 200)]
     yield "profile, overhead", [replace(profile, matrix=turn) for turn in turns]
+    everything = LightFrame(kind, EVERYTHING, is_shaped=True)
+    yield "all at once, mirrored", [replace(everything, matrix=place) for place in MIRRORED]
     yield "profile, cone 50", [_with(profile, **{cone: 50.0, softness: 0.3})]
 
 

@@ -95,6 +95,8 @@ def _sweeps_of(shape: str, files: Mapping[str, Path]) -> Iterator[tuple[str, lis
     yield "profile", _each(profile, "shaping:ies:angleScale", [-0.5, 0.0, 0.5])
     yield "profile, overhead", [replace(profile, matrix=OVERHEAD @ turned(2, angle)) for angle in (0, 70, 200)]
     yield "profile, large", [replace(profile, matrix=place) for place in large]
+    everything = replace(plain, attributes=lights.EVERYTHING, is_shaped=True)
+    yield "all at once, mirrored", [replace(everything, matrix=place) for place in lights.MIRRORED]
     stripes = profile.having(**{"shaping:ies:file": files["stripes.ies"]})
     yield "profile of stripes", [replace(stripes, matrix=moved(0, 3, 0) @ down), stripes]
 
