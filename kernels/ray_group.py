@@ -158,6 +158,17 @@ PREPARE_RAYS = spell_out(
 what their tests need of them, as ``make_packet_ray`` computes it."""
 
 
+FOLD = r"""
+    const auto fold = [](const floats& a, const floats& b) {
+        const floats even = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+        const floats odd = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+        return (floats)WARP_RT_MAX(even, odd);
+    };
+"""
+"""After VECTOR_TYPES: the greater of each two neighbours in two vectors. Sixteen vectors folded pair by pair, four
+times, leave one: the greatest number of each, in their order."""
+
+
 _BOUNDS = (
     r"""
     const float* lines = (const float*)group.data + first;
@@ -182,9 +193,10 @@ _BOUNDS = (
 #else
 """
     + VECTOR_TYPES
+    + FOLD
     + r"""
-    typedef float floats4 __attribute__((ext_vector_type(4)));
     const ints bits = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+    floats extremes[12];
     for (int axis = 0; axis < 3; ++axis) {
         floats low = (floats)INFINITY, least = low, high = -low, greatest = high;
         for (int block = 0; block < GROUP; block += 16) {
@@ -196,26 +208,22 @@ _BOUNDS = (
             least = (is_in & (inverse < least)) ? inverse : least;
             greatest = (is_in & (inverse > greatest)) ? inverse : greatest;
         }
-        // Four minima at once: halves, quarters, then one of each vector's lanes.
-        const floats minima[4] = {low, -high, least, -greatest};
-        floats4 parts[4];
-        for (int k = 0; k < 4; ++k) {
-            const auto half = WARP_RT_MIN(minima[k].lo, minima[k].hi);
-            parts[k] = WARP_RT_MIN(half.lo, half.hi);
-        }
-        const floats4 even = __builtin_shufflevector(parts[0], parts[1], 0, 4, 2, 6);
-        const floats4 odd = __builtin_shufflevector(parts[0], parts[1], 1, 5, 3, 7);
-        const floats4 even_ = __builtin_shufflevector(parts[2], parts[3], 0, 4, 2, 6);
-        const floats4 odd_ = __builtin_shufflevector(parts[2], parts[3], 1, 5, 3, 7);
-        const floats4 pairs = WARP_RT_MIN(even, odd), pairs_ = WARP_RT_MIN(even_, odd_);
-        const floats4 left = __builtin_shufflevector(pairs, pairs_, 0, 1, 4, 5);
-        const floats4 right = __builtin_shufflevector(pairs, pairs_, 2, 3, 6, 7);
-        const floats4 least_of_all = WARP_RT_MIN(left, right);
-        const bool is_negative = least_of_all[2] < 0.0f;
-        bounds[axis] = is_negative ? least_of_all[0] : -least_of_all[1];
-        bounds[3 + axis] = is_negative ? -least_of_all[1] : least_of_all[0];
-        bounds[6 + axis] = least_of_all[2];
-        bounds[9 + axis] = -least_of_all[3];
+        extremes[4 * axis] = -low, extremes[4 * axis + 1] = high;
+        extremes[4 * axis + 2] = -least, extremes[4 * axis + 3] = greatest;
+    }
+    floats most[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const floats* of_axis = extremes + 4 * axis;
+        most[axis] = fold(fold(of_axis[0], of_axis[1]), fold(of_axis[2], of_axis[3]));
+    }
+    const floats first_two = fold(most[0], most[1]), last = fold(most[2], most[2]);
+    const floats all = fold(first_two, last);
+    for (int axis = 0; axis < 3; ++axis) {
+        const float low = -all[4 * axis], high = all[4 * axis + 1], least = -all[4 * axis + 2];
+        bounds[axis] = least < 0.0f ? low : high;
+        bounds[3 + axis] = least < 0.0f ? high : low;
+        bounds[6 + axis] = least;
+        bounds[9 + axis] = all[4 * axis + 3];
     }
 }
 #endif

@@ -17,6 +17,7 @@ import warp as wp
 from .constants import AXES_ROW, GROUP, LEAF_FLOATS, LEAF_IDS, SHEAR_ROW
 from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
+from .ray_group import FOLD
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -53,11 +54,6 @@ _SEE_CORNER = r"""
 _MIDDLE = r"""
     if (WARP_RT_MASK(is_other) != 0)
         return -1;
-    const auto fold = [](const floats& a, const floats& b) {
-        const floats even = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-        const floats odd = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
-        return (floats)WARP_RT_MAX(even, odd);
-    };
     const floats sides = fold(fold(right, left), fold(up, down));
     const floats shears = fold(fold(shear_right, shear_left), fold(shear_up, shear_down));
     const floats far_2 = fold(far, far), far_4 = fold(far_2, far_2);
@@ -138,6 +134,7 @@ _APART = r"""
 _REACHABLE = (
     "#if defined(__CUDA_ARCH__) || !defined(__clang__)\nreturn -1;\n#else\n"
     + VECTOR_TYPES
+    + FOLD
     + _SEE_CORNER
     + _MIDDLE
     + _CORNERS
