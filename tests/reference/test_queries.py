@@ -152,6 +152,7 @@ def test_rays_that_are_none_miss(answers: tuple) -> None:
         assert (hits.triangle == -1).all()
         assert np.isinf(hits.t).all()
         assert not warp_rt.any_hit(accel, origins, directions).any()
+        assert not warp_rt.count_hits(accel, origins, directions).any()
 
 
 @pytest.mark.parametrize("big", [1e30, 1e36, 3e38])
