@@ -23,6 +23,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from warp_rt.scene import Light, LightKind
 
+from .dome_skies import SKIES, smooth_sky
 from .meshes import load_file
 from .results import ROOT
 
@@ -141,7 +142,10 @@ _PROFILES = {
 
 
 def write_files(folder: Path) -> dict[str, Path]:
-    """Write two profiles, a rect's texture and a dome's image into a folder; return their paths by name."""
+    """Write two profiles, a rect's texture and images of domes into a folder; return their paths by name.
+
+    Those of ``SKIES`` go by the names of their layouts.
+    """
     paths = {name: folder / name for name in (*_PROFILES, "texture.png", "sky.png")}
     for name, (vertical, horizontal, values) in _PROFILES.items():
         numbers = [1, -1, 1, len(vertical), len(horizontal), 1, 2, 0, 0, 0, 1, 1, 0]
@@ -149,6 +153,9 @@ def write_files(folder: Path) -> dict[str, Path]:
         paths[name].write_text(f"IESNA:LM-63-2002\nTILT=NONE\n{text}\n", encoding="ascii")
     PillowImage.fromarray(_texture()).save(paths["texture.png"])
     PillowImage.fromarray(_sky()).save(paths["sky.png"])
+    for name, paint in SKIES.items():
+        paths[name] = folder / f"{name}.png"
+        PillowImage.fromarray(np.round(65535 * paint()).astype(np.uint16)).save(paths[name])
     return paths
 
 
@@ -284,6 +291,16 @@ def _distant_sweeps() -> Iterator[tuple[str, list[LightFrame]]]:
     yield "scale", [replace(base, matrix=down @ scaled(*scale)) for scale in ((2, 2, 2), (1, 3, 0.5))]
 
 
+_STRETCHED = (
+    turned(0, 50) @ scaled(3, 3, 3),
+    turned(0, 30) @ scaled(2, 1, 0.5),
+    turned(2, 70) @ turned(0, 40) @ scaled(-1, 2, 1.5),
+    scaled(1, 3, -1) @ turned(1, 25) @ turned(0, 35),  # by a parent
+    SHEAR @ turned(2, 60) @ scaled(1, -0.5, 1),
+)
+"""Transforms of domes, each even, uneven, mirrored or sheared."""
+
+
 def _dome_sweeps(files: Mapping[str, Path]) -> Iterator[tuple[str, list[LightFrame]]]:
     base = LightFrame("DomeLight", {})
     yield "intensity", _each(base, "intensity", [0.3, 2.0])
@@ -292,6 +309,12 @@ def _dome_sweeps(files: Mapping[str, Path]) -> Iterator[tuple[str, list[LightFra
     textured = _with(base, **{"texture:file": files["sky.png"]})
     turns = [np.eye(4), turned(1, 70), turned(0, 50), turned(2, 120) @ turned(0, -40)]
     yield "image", [replace(textured, matrix=turn) for turn in turns]
+    yield "image, scale", [replace(textured, matrix=place) for place in _STRETCHED]
+    for layout in SKIES:
+        sky = _with(base, **{"texture:file": files[layout], "texture:format": layout})
+        yield layout, [replace(sky, matrix=place) for place in (*_STRETCHED, *turns)]
+    cross = _with(base, **{"texture:file": files["cubeMapVerticalCross"], "texture:format": "automatic"})
+    yield "automatic", [replace(cross, matrix=turn) for turn in turns]
 
 
 def _with(frame: LightFrame, **more: Any) -> LightFrame:
@@ -576,7 +599,11 @@ def _sky_irradiance(frame: LightFrame, count: int = 720) -> np.ndarray:
     radius2, angle = (q.reshape(-1) for q in np.meshgrid(middles, 2 * np.pi * middles))
     radius = np.sqrt(radius2)
     wi = np.stack([radius * np.cos(angle), np.sqrt(1 - radius2), radius * np.sin(angle)], axis=1)
-    x, y, z = (wi @ np.linalg.inv(frame.matrix[:3, :3]).T).T
+    local = wi @ np.linalg.inv(frame.matrix[:3, :3]).T
+    local /= np.linalg.norm(local, axis=1, keepdims=True)
+    if frame.attributes["texture:file"].stem in SKIES:
+        return np.array(math.pi * smooth_sky(local).mean())
+    x, y, z = local.T
     t = np.arccos(np.clip(y, -1, 1)) / np.pi
     s = (0.5 - np.arctan2(x, z) / (2 * np.pi)) % 1.0
     image = _sky() / 65535.0

@@ -5,7 +5,8 @@
 import numpy as np
 import pytest
 
-from warp_rt.usd.dome_layouts import guess_layout, has_proportions, to_latlong
+from warp_rt.upload.dome import irradiance_map
+from warp_rt.usd.dome_layouts import guess_layout, has_proportions, rotation_and_stretch, to_latlong
 
 SIZE = 256
 
@@ -74,15 +75,52 @@ IMAGES = {
 def test_the_same_sky_in_every_layout(layout):
     """UsdLux latlong: the centre is +Z, longitude pi / 2 is +X and left of it, the top is +Y."""
     found = to_latlong(IMAGES[layout](), layout, is_srgb=False)
-    rows = len(found)
-    latitude = (((np.arange(rows) + 0.5) / rows) - 0.5)[:, None] * np.pi
-    longitude = (0.5 - (np.arange(2 * rows) + 0.5) / (2 * rows))[None] * 2 * np.pi
-    x, z = np.cos(latitude) * np.sin(longitude), np.cos(latitude) * np.cos(longitude)
-    direction = np.stack([x, np.sin(latitude) + 0 * x, z], axis=-1)
+    direction = latlong_directions(len(found))
     # A ball's rim squeezes all that is behind it into a few texels.
     away = direction[..., 2] > (-0.9 if layout == "mirroredBall" else -2)
     np.testing.assert_allclose(found[away][:, :3], sky(direction)[away], atol=0.02)
     assert (found[..., 3] == 1).all()
+
+
+def latlong_directions(rows):
+    """Return unit directions of texels by UsdLux's rule."""
+    latitude = (((np.arange(rows) + 0.5) / rows) - 0.5)[:, None] * np.pi
+    longitude = (0.5 - (np.arange(2 * rows) + 0.5) / (2 * rows))[None] * 2 * np.pi
+    x, z = np.cos(latitude) * np.sin(longitude), np.cos(latitude) * np.cos(longitude)
+    return np.stack([x, np.sin(latitude) + 0 * x, z], axis=-1)
+
+
+@pytest.mark.parametrize("scale", [(1, 2, 1), (-3, 1, 0.5), (1, 12, 1)])
+def test_stretched_skies(scale):
+    """Light comes from where the transform takes the image's directions, its lengths being of no matter."""
+    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    matrix = turn @ np.diag(scale) @ turn.T @ np.roll(np.eye(3), 1, axis=0)
+    rotation, stretch = rotation_and_stretch(matrix)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    assert np.sign(np.linalg.det(rotation)) == np.sign(np.linalg.det(matrix))
+    # At the poles nothing lies beyond the last row, and half a texel counts: 0.8 of pi / 256.
+    found = to_latlong(opaque(sky(latlong_directions(128))), "latlong", is_srgb=False, stretch=stretch)
+    local = latlong_directions(len(found)) @ rotation.T @ np.linalg.inv(matrix).T
+    expected = sky(local / np.linalg.norm(local, axis=-1, keepdims=True))
+    np.testing.assert_allclose(found[..., :3], expected, atol=0.01)
+
+
+def test_even_scales_stretch_nothing():
+    matrix = -2 * np.roll(np.eye(3), 1, axis=0)
+    rotation, stretch = rotation_and_stretch(matrix)
+    assert stretch is None
+    assert rotation is matrix
+
+
+@pytest.mark.parametrize("tall", [0.5, 2.0, 4.0])
+def test_a_stretched_cap_of_light(tall):
+    """A cap of half angle t about the pole lights what faces it by pi sin^2 t; stretched, tan t shrinks as it grows."""
+    pixels = np.zeros((256, 512, 4), np.float32)
+    pixels[192:] = 1  # t = 45 degrees
+    _, stretch = rotation_and_stretch(np.diag([1.0, tall, 1.0]))
+    image = to_latlong(pixels, "latlong", is_srgb=False, stretch=stretch)
+    from_above = irradiance_map(image, is_srgb=False, size=(33, 64))[-1]
+    np.testing.assert_allclose(from_above, np.pi * np.sin(np.arctan(1 / tall)) ** 2, rtol=0.01)
 
 
 def test_8_bit_texels_are_decoded():

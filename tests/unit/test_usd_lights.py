@@ -35,7 +35,7 @@ class _NoImages:
     def decoded(self, row, attribute, prim):
         return row, True
 
-    def latlong(self, row, layout, *, is_srgb):
+    def latlong(self, row, layout, *, is_srgb, stretch=None):
         if layout == "cubeMapVerticalCross":  # stands for an image of other proportions
             return -1, False
         return (row, is_srgb) if layout in ("automatic", "latlong") else (row + 1, False)

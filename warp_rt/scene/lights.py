@@ -134,8 +134,8 @@ class Dome:
 
     path: str
     world_from_light: np.ndarray
-    """float64, shape [4, 4], only its rotation counts. Latitude-longitude images have their pole at local +Y, the
-    image's centre at local +Z and u growing towards local -X, seen from inside."""
+    """float64, shape [4, 4], only its rotation, mirrored or not, counts. Latitude-longitude images have their pole at
+    local +Y, the image's centre at local +Z and u growing towards local -X, seen from inside."""
     radiance: tuple[float, float, float]
     """Multiplier of the image, or the radiance itself where there is none [nit]."""
     image: int = -1

@@ -7,11 +7,13 @@ axes: the image's centre is +Z, its right side +X, its top +Y; a cross has -Y be
 mirrored ball is thus one that a camera photographs which looks along -Z, as USD's do.
 
 Reference: Debevec (1998), Rendering Synthetic Objects into Real Scenes, SIGGRAPH 98, and his Light Probe Image Gallery,
-for the angular map; UsdLux DomeLight for latitude and longitude.
+for the angular map; UsdLux DomeLight for latitude and longitude; for uneven scales hdEmbree, USD's reference of lights,
+which looks a direction up by its image under the inverse of the light's transform, made a unit vector again.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -21,6 +23,9 @@ from warp_rt.srgb import linear_from_srgb
 LATLONG = "latlong"
 LAYOUTS = (LATLONG, "mirroredBall", "angular", "cubeMapVerticalCross")
 _MAX_HEIGHT = 1024  # of the result: as fine as a ball or a cross of 2048 texels is where it is coarsest
+_MOST_SQUEEZED = 8  # the most by which a scale is taken to squeeze texels: beyond, they are skipped
+Stretch = tuple[tuple[float, float, float], ...]
+"""The symmetric matrix of an uneven scale, row by row."""
 
 
 def guess_layout(width: int, height: int) -> str:
@@ -35,13 +40,29 @@ def has_proportions(layout: str, width: int, height: int) -> bool:
     return layout == LATLONG or width == height
 
 
-def to_latlong(pixels: np.ndarray, layout: str, *, is_srgb: bool) -> np.ndarray:
+def rotation_and_stretch(matrix: np.ndarray) -> tuple[np.ndarray, Stretch | None]:
+    """Return the rotation, mirrored or not, that follows a stretch, and the stretch; the matrix and None if it is even.
+
+    Args:
+        matrix: float64, shape [3, 3], invertible, acting on column vectors.
+
+    Reference: Higham (1986), Computing the Polar Decomposition - with Applications, SIAM J. Sci. Stat. Comput. 7(4).
+    """
+    left, sizes, right = np.linalg.svd(matrix)
+    if sizes[0] <= (1 + 1e-6) * sizes[2]:
+        return matrix, None
+    rows = ((right.T * (sizes / sizes[0])) @ right).tolist()
+    return left @ right, tuple((x, y, z) for x, y, z in rows)
+
+
+def to_latlong(pixels: np.ndarray, layout: str, *, is_srgb: bool, stretch: Stretch | None = None) -> np.ndarray:
     """Return an environment by latitude and longitude, linear.
 
     Args:
         pixels: uint8 or float32, shape [height, width, 4], bottom row first.
-        layout: One of ``LAYOUTS`` but the first.
+        layout: One of ``LAYOUTS``.
         is_srgb: Whether the texels are sRGB encoded.
+        stretch: Of the space that the environment is in, None for none.
 
     Returns:
         float32, shape [rows, 2 rows, 4], row 0 at local -Y, centre at +Z, columns towards -X.
@@ -49,14 +70,34 @@ def to_latlong(pixels: np.ndarray, layout: str, *, is_srgb: bool) -> np.ndarray:
     linear = pixels.astype(np.float32) / (255.0 if pixels.dtype == np.uint8 else 1.0)
     if is_srgb:
         linear[..., :3] = linear_from_srgb(linear[..., :3])
-    rows = min(_MAX_HEIGHT, max(len(pixels) // (2 if layout == "cubeMapVerticalCross" else 1), 2))
-    place = _PLACES[layout]
-    longitude = (0.5 - (np.arange(2 * rows) + 0.5) / (2 * rows)) * 2 * np.pi
+    height = max(len(pixels) // (2 if layout == "cubeMapVerticalCross" else 1), 2)
+    rows, samples = min(_MAX_HEIGHT, height), 1
+    inverse: np.ndarray = np.eye(3)
+    if stretch is not None:
+        inverse = np.linalg.inv(stretch)
+        # Texels are squeezed by up to the ratio of two scales: finer rows, then several samples a texel, keep them.
+        fine = min(math.ceil(np.linalg.cond(inverse)), _MOST_SQUEEZED)
+        rows = min(max(_MAX_HEIGHT, height), 2 * fine * height)
+        samples = math.ceil(fine * height / rows)
+    if layout == LATLONG:
+        # Filtering goes around.
+        linear = np.concatenate([linear[:, -1:], linear, linear[:, :1]], axis=1)
+    columns = 2 * rows * samples
+    longitude = (0.5 - (np.arange(columns) + 0.5) / columns) * 2 * np.pi
     result = np.empty((rows, 2 * rows, 4), np.float32)
-    for row, latitude in enumerate(((np.arange(rows) + 0.5) / rows - 0.5) * np.pi):
-        level = np.cos(latitude)
-        x, z = level * np.sin(longitude), level * np.cos(longitude)
-        result[row] = _bilinear(linear, *place(np.stack([x, np.full_like(x, np.sin(latitude)), z])))
+    latitudes = ((np.arange(rows * samples) + 0.5) / (rows * samples) - 0.5) * np.pi
+    for row, of_row in enumerate(latitudes.reshape(rows, samples)):
+        total = np.zeros((2 * rows, 4), np.float32)
+        for latitude in of_row:
+            level = np.cos(latitude)
+            x, z = level * np.sin(longitude), level * np.cos(longitude)
+            direction = np.stack([x, np.full_like(x, np.sin(latitude)), z])
+            if stretch is not None:
+                direction = inverse @ direction
+                direction /= np.linalg.norm(direction, axis=0)
+            texels = _bilinear(linear, *_PLACES[layout](direction, linear.shape[1]))
+            total += texels.reshape(2 * rows, samples, 4).sum(axis=1)
+        result[row] = total / samples**2
     return result
 
 
@@ -69,13 +110,20 @@ def _whole(x: np.ndarray, y: np.ndarray) -> Place:
     return x, y, np.array([[0.0], [0.0], [1.0], [1.0]])
 
 
-def _mirrored_ball(direction: np.ndarray) -> Place:
+def _latlong(direction: np.ndarray, width: int) -> Place:
+    """Between one column more on either side."""
+    x, y, z = direction
+    across = (0.5 - np.arctan2(x, z) / (2 * np.pi)) * (width - 2) + 1
+    return _whole(across / width, 0.5 + np.arcsin(np.clip(y, -1, 1)) / np.pi)
+
+
+def _mirrored_ball(direction: np.ndarray, _width: int) -> Place:
     """A reflection by twice the angle: at the sine of half the angle to +Z."""
     x, y, z = direction
     return _ball(x, y, np.sqrt(np.maximum(1 - z, 0) / 2))
 
 
-def _angular(direction: np.ndarray) -> Place:
+def _angular(direction: np.ndarray, _width: int) -> Place:
     x, y, z = direction
     return _ball(x, y, np.arctan2(np.hypot(x, y), z) / np.pi)
 
@@ -85,7 +133,7 @@ def _ball(x: np.ndarray, y: np.ndarray, radius: np.ndarray) -> Place:
     return _whole(0.5 + 0.5 * x * scale, 0.5 + 0.5 * y * scale)
 
 
-def _vertical_cross(direction: np.ndarray) -> Place:
+def _vertical_cross(direction: np.ndarray, _width: int) -> Place:
     """The faces, each with its column and row in the cross and its coordinates to the right and up: a, b over c."""
     x, y, z = direction
     size = np.abs(direction)
@@ -108,7 +156,8 @@ def _vertical_cross(direction: np.ndarray) -> Place:
     return across, up, part
 
 
-_PLACES: dict[str, Callable[[np.ndarray], Place]] = {
+_PLACES: dict[str, Callable[[np.ndarray, int], Place]] = {
+    LATLONG: _latlong,
     "mirroredBall": _mirrored_ball,
     "angular": _angular,
     "cubeMapVerticalCross": _vertical_cross,

@@ -16,7 +16,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Image
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE, ColorSpace, color_space
-from warp_rt.usd.dome_layouts import LATLONG, guess_layout, has_proportions, to_latlong
+from warp_rt.usd.dome_layouts import LATLONG, Stretch, guess_layout, has_proportions, to_latlong
 from warp_rt.usd.image_files import NO_WRAPS, read_image_file
 
 MISSING_FILE = "W201"
@@ -120,13 +120,14 @@ class ImageCache:
             tiles[u, v] = row
         return tiles
 
-    def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
+    def latlong(self, row: int, layout: str, *, is_srgb: bool, stretch: Stretch | None = None) -> tuple[int, bool]:
         """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be one.
 
         Args:
             row: Of the image, in that layout already or in another.
             layout: A token of UsdLux's ``texture:format``.
             is_srgb: Whether the image is sRGB encoded.
+            stretch: Of the space that the environment is in, None for none.
         """
         if row < 0:
             return row, False
@@ -134,14 +135,17 @@ class ImageCache:
         height, width = pixels.shape[:2]
         if layout == "automatic":
             layout = guess_layout(width, height)
-        if layout == LATLONG:
+        if layout == LATLONG and stretch is None:
             return row, is_srgb
         if not has_proportions(layout, width, height):
             return -1, False
         path = self.images[row].path
-        recipe = ("latlong", self._recipes[row], layout, is_srgb)
-        made = self._row(recipe, lambda: _Decoded(Image(path, to_latlong(pixels, layout, is_srgb=is_srgb)), False))
-        return made, False
+        recipe = ("latlong", self._recipes[row], layout, is_srgb, stretch)
+
+        def make() -> _Decoded:
+            return _Decoded(Image(path, to_latlong(pixels, layout, is_srgb=is_srgb, stretch=stretch)), False)
+
+        return self._row(recipe, make), False
 
     def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
         """Return the row of an image to read, and whether to decode it by the sRGB curve.

@@ -22,7 +22,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Dome, Light, LightKind, Shadow
 from warp_rt.scene.light_shapes import ellipse_circumference, ellipsoid_area
 from warp_rt.usd.attribute_values import AttributeReader
-from warp_rt.usd.dome_layouts import LAYOUTS
+from warp_rt.usd.dome_layouts import LAYOUTS, Stretch, rotation_and_stretch
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
 
@@ -74,7 +74,7 @@ class Images(Protocol):
     def decoded(self, row: int, attribute: Usd.Attribute, prim: object) -> tuple[int, bool]:
         """Return the row to read of the image of an attribute, and whether to decode it by the sRGB curve."""
 
-    def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
+    def latlong(self, row: int, layout: str, *, is_srgb: bool, stretch: Stretch | None = None) -> tuple[int, bool]:
         """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be."""
 
 
@@ -355,7 +355,9 @@ def _read_dome(
     if asset is not None:
         layout = attributes.token("inputs:texture:format", "automatic", ("automatic", *LAYOUTS))
         row, is_srgb = images.decoded(images.image(asset, prim), prim.GetAttribute("inputs:texture:file"), path)
-        image, is_srgb = images.latlong(row, layout, is_srgb=is_srgb)
+        rotation, stretch = rotation_and_stretch(matrix[:3, :3])
+        matrix[:3, :3] = rotation
+        image, is_srgb = images.latlong(row, layout, is_srgb=is_srgb, stretch=stretch)
         if image < row:
             message = f"the image @{asset.path}@ has not the proportions of the format {layout}; the dome is uniform"
             report.warn(DOME_LAYOUT, path, message)

@@ -20,6 +20,7 @@ from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, Image, Input, Material, MaterialModel, OpacityMode, Texture
 from warp_rt.scene.displacement import Displacement
 from warp_rt.usd.bindings import BINDING_PURPOSES, Bindings, bound_material, is_shared, read_bindings
+from warp_rt.usd.dome_layouts import Stretch
 from warp_rt.usd.foreign_shaders import is_preview_surface
 from warp_rt.usd.image_cache import ImageCache, KeptImages
 from warp_rt.usd.input_rows import Unknown
@@ -105,9 +106,9 @@ class MaterialReader:
         """Return the row of an image whose channels are sums over those of an image: see ``ImageCache.mixed``."""
         return self._images.mixed(row, is_srgb, matrix)
 
-    def latlong(self, row: int, layout: str, *, is_srgb: bool) -> tuple[int, bool]:
+    def latlong(self, row: int, layout: str, *, is_srgb: bool, stretch: Stretch | None = None) -> tuple[int, bool]:
         """Return the row of an environment by latitude and longitude, and whether to decode it; -1 if it cannot be."""
-        return self._images.latlong(row, layout, is_srgb=is_srgb)
+        return self._images.latlong(row, layout, is_srgb=is_srgb, stretch=stretch)
 
     def bind(self, prim: Usd.Prim, bindings: Bindings | None = None) -> int:
         """Return the row of the material that is bound to a gprim or GeomSubset.
