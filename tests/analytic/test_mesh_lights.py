@@ -11,7 +11,7 @@ import pytest
 from pxr import Usd
 
 from warp_rt import Scene, load_scene
-from warp_rt.scene import Light, LightKind
+from warp_rt.scene import Light, LightKind, Material
 
 from .scenes import lamp, looking, parallel, preview, radiance, scene_of, square, whitted
 
@@ -165,8 +165,23 @@ def seen_quadrature(triangles: np.ndarray, height: float, place: tuple[float, fl
     return float((seen * ~is_hidden / (to_light**2).sum(axis=1) ** 2).sum()) / np.pi
 
 
-@pytest.mark.parametrize("shape", HOLLOW)
-def test_parts_hide_each_other_and_nothing_else(shape: str) -> None:
+def drawn(triangles: np.ndarray, matrix: np.ndarray, material: Material) -> Scene:
+    """Return a floor under a light, and what draws it."""
+    body = replace(
+        square(material),
+        points=np.float32(triangles.reshape(-1, 3)),
+        faces=np.arange(triangles.size // 3).reshape(-1, 3),
+        world_from_local=matrix,
+    )
+    light = mesh(triangles, matrix, drawn_by=np.array([1]))
+    return scene_of(square(whitted(diffuse=1.0), half=20), body, lights=[light])
+
+
+@pytest.mark.parametrize(
+    ("shape", "material", "shadows"),
+    [*((shape, whitted(), "auto") for shape in HOLLOW), ("three balls", preview(opacity=0.5), "opaque")],
+)
+def test_parts_hide_each_other_and_nothing_else(shape: str, material: Material, shadows: str) -> None:
     """As a whole nothing of its own is before the light but what is: no place is black, none gets the hidden part.
 
     Its points are seen or not: pixels are within a fiftieth of what the brightest gets, and the mean is within less.
@@ -174,19 +189,12 @@ def test_parts_hide_each_other_and_nothing_else(shape: str) -> None:
     triangles, height = HOLLOW[shape], 1.2
     matrix = np.eye(4)
     matrix[2, 3] = height
-    body = replace(
-        square(whitted()),
-        points=np.float32(triangles.reshape(-1, 3)),
-        faces=np.arange(triangles.size // 3).reshape(-1, 3),
-        world_from_local=matrix,
-    )
-    light = mesh(triangles, matrix, drawn_by=np.array([1]))
-    scene = scene_of(square(whitted(diffuse=1.0), half=20), body, lights=[light])
+    scene = drawn(triangles, matrix, material)
     places = [(x, y) for x in (-0.4, 0.7, 1.6, 2.9) for y in (0.1, 0.8)]
     expected = np.array([seen_quadrature(triangles, height, place) for place in places])
     plain = np.array([quadrature(triangles, matrix, place) for place in places])
     assert (expected < 0.97 * plain).sum() > 3  # parts are hidden
-    found = np.array([radiance(scene, parallel((*place, 0.1)))[0] / L[0] for place in places])
+    found = np.array([radiance(scene, parallel((*place, 0.1)), shadows=shadows)[0] / L[0] for place in places])
     np.testing.assert_allclose(found, expected, atol=0.02 * expected.max())
     assert found.mean() == pytest.approx(expected.mean(), rel=0.01)
 
@@ -196,6 +204,16 @@ def test_parts_that_stop_no_light_hide_nothing(more: dict) -> None:
     matrix = np.eye(4)
     matrix[2, 3] = 1.2
     found = lit(mesh(THREE, matrix, **{"drawn_by": np.array([0]), **more}), (1.6, 0.8))
+    np.testing.assert_allclose(found, L * quadrature(THREE, matrix, (1.6, 0.8)), rtol=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("material", "shadows"), [(preview(opacity=0.0, ior=1.0), "auto"), (whitted(transmission=1.0), "transmit")]
+)
+def test_clear_parts_hide_nothing(material: Material, shadows: str) -> None:
+    matrix = np.eye(4)
+    matrix[2, 3] = 1.2
+    found = radiance(drawn(THREE, matrix, material), parallel((1.6, 0.8, 0.1)), shadows=shadows)
     np.testing.assert_allclose(found, L * quadrature(THREE, matrix, (1.6, 0.8)), rtol=5e-3)
 
 

@@ -108,6 +108,7 @@ class Renderer:
                 placement=self.accel.placement,
                 texture_filter=self.options.texture_filter,
                 samples_domes=bool(self.options.light_samples),
+                shadows=self.options.shadows,
                 aovs=self.options.aovs,
                 previous=None if previous is None else previous._device_scene,
             )

@@ -15,7 +15,7 @@ from warp_rt.device.arrays import Packer
 from warp_rt.device.host_memory import LARGE, give_back_freed
 from warp_rt.kernels import structs
 from warp_rt.kernels.codes import HOLDS_OUT
-from warp_rt.options import TEXTURE_FILTERS, is_primvar_aov
+from warp_rt.options import SHADOWS, TEXTURE_FILTERS, is_primvar_aov
 from warp_rt.scene import Light, RayMask, Scene
 from warp_rt.scene.placement import Placement, blocks, inverses, place_scene
 from warp_rt.scene.rows import check_materials
@@ -60,6 +60,7 @@ def upload_scene(
     placement: Placement | None = None,
     texture_filter: str = TEXTURE_FILTERS[0],
     samples_domes: bool = False,
+    shadows: str = SHADOWS[0],
     aovs: Sequence[str] = (),
     previous: DeviceScene | None = None,
 ) -> DeviceScene:
@@ -71,6 +72,7 @@ def upload_scene(
         placement: Coordinates that its hierarchies were built in; None: as ``place_scene`` gives them.
         texture_filter: One of ``TEXTURE_FILTERS``: whether images get pyramids.
         samples_domes: Whether domes are sampled, for which the brightness of their images is summed up.
+        shadows: One of ``SHADOWS``: where materials let no light through, parts of mesh lights hide each other.
         aovs: What is wanted of it; the primvars among them are uploaded.
         previous: Whose images are used again where those of ``scene`` are the same objects and read alike.
 
@@ -93,7 +95,7 @@ def upload_scene(
     )
     pack_materials(data, pack, scene, slots, images)
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
-    lights = with_hiding_bodies(scene)
+    lights = with_hiding_bodies(scene, shadows)
     pack_lights(data, pack, lights, scene.domes, placement.origin, images, samples_domes=samples_domes)
     images.put(data)
     aov_primvars = {aov: AovPrimvar(slots[slot_name(name)], primvar_size(scene, name)) for aov, name in shown.items()}

@@ -24,15 +24,19 @@ _MOST_CELLS = (512, 1024)
 """Rows and columns by which domes are sampled: a third of a degree, smaller than the sun; 2 MB."""
 
 
-def with_hiding_bodies(scene: Scene) -> list[Light]:
+def with_hiding_bodies(scene: Scene, shadows: str) -> list[Light]:
     """Return a scene's lights, ``Light.drawn_by`` being left only to those whose parts hide each other.
 
     They do not where the light casts no shadows, where some of what draws it casts none of it, or lets light through.
+
+    Args:
+        scene: Has the lights, and what draws them.
+        shadows: One of ``warp_rt.options.SHADOWS``: what lets light through.
     """
-    return [light if _hides_itself(light, scene) else replace(light, drawn_by=None) for light in scene.lights]
+    return [light if _hides_itself(light, scene, shadows) else replace(light, drawn_by=None) for light in scene.lights]
 
 
-def _hides_itself(light: Light, scene: Scene) -> bool:
+def _hides_itself(light: Light, scene: Scene, shadows: str) -> bool:
     rows, instances = light.drawn_by, scene.instances
     if rows is None or not light.casts_shadow:
         return False
@@ -40,11 +44,14 @@ def _hides_itself(light: Light, scene: Scene) -> bool:
         return False
     if instances.seen_by is not None and not (instances.seen_by[rows] & RayMask.SHADOWS).all():
         return False
+    if shadows == "opaque":
+        return True
+    with_whitted = shadows == "transmit"
     offsets = instances.material_offset
     ends = np.append(np.unique(offsets), len(instances.material_table))
     for first in np.unique(offsets[rows]):
         slots = instances.material_table[first : ends[np.searchsorted(ends, first, side="right")]]
-        if any(scene.materials[slot].lets_light_through(with_whitted=False) for slot in np.unique(slots)):
+        if any(scene.materials[slot].lets_light_through(with_whitted=with_whitted) for slot in np.unique(slots)):
             return False
     return True
 
