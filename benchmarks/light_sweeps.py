@@ -269,6 +269,8 @@ def _shaping_sweeps(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str,
     yield "profile, overhead", [replace(profile, matrix=turn) for turn in turns]
     everything = LightFrame(kind, EVERYTHING, is_shaped=True)
     yield "all at once, mirrored", [replace(everything, matrix=place) for place in MIRRORED]
+    behind = _with(profile, **{scale: -0.7, normalize: True})
+    yield "profile, mirrored, angleScale", [replace(behind, matrix=place) for place in MIRRORED]
     yield "profile, cone 50", [_with(profile, **{cone: 50.0, softness: 0.3})]
 
 
@@ -417,33 +419,49 @@ def expected(frame: LightFrame, points: np.ndarray) -> np.ndarray:
     has_detail = frame.is_shaped or any(isinstance(value, Path) for value in frame.attributes.values())
     count = _FINE if has_detail else _COARSE
     coarse = float64_lights().patches(light, count)
-    rims = rims_of(frame)
-    cuts = (_refined(light, point, coarse, count, rims) for point in points)
+    cuts = (_refined(frame, light, point, coarse, count) for point in points)
     return np.array([scale * _irradiance(frame, light, point, cut) for point, cut in zip(points, cuts, strict=True)])
 
 
-def rims_of(frame: LightFrame) -> list[float]:
-    """Return the angles to the light's axis at which its cone ends, and its profile before the poles."""
-    cone = light_of(frame).cone_angle
+def is_near_rim(frame: LightFrame, to_light: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Return whether a light's cone, or its profile before a pole, may end at patches: bool, shape [n].
+
+    Args:
+        frame: The light.
+        to_light: Vectors to the patches' middles, shape [n, 3].
+        width: How wide they look from where these begin [rad], shape [n].
+    """
+    axis = frame.matrix[:3, 2]
+    theta = _angle(to_light @ axis, to_light, np.linalg.norm(axis))
+    near: np.ndarray = np.abs(theta - light_of(frame).cone_angle) < width
     scale = frame.attributes.get("shaping:ies:angleScale", 0.0)
-    if "shaping:ies:file" not in frame.attributes or scale == 0:
-        return [cone]
-    return [cone, math.pi * scale if scale > 0 else math.pi * (1 + scale)]
+    if "shaping:ies:file" in frame.attributes and scale != 0:
+        # Profiles turn with the light's own space, in which an uneven scale makes patches look up to so much wider.
+        linear = frame.matrix[:3, :3]
+        local = to_light @ np.linalg.inv(linear).T
+        end = math.pi * scale if scale > 0 else math.pi * (1 + scale)
+        near |= np.abs(_angle(local[:, 2], local, 1.0) - end) < width * np.linalg.cond(linear)
+    return near
 
 
-def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Sequence[float]) -> Cut:
+def _angle(along: np.ndarray, vectors: np.ndarray, length: float) -> np.ndarray:
+    """Return the angles of vectors to an axis of a length, given their products with it."""
+    sizes = np.maximum(np.linalg.norm(vectors, axis=1) * length, 1e-12)
+    return np.arccos(np.clip(along / sizes, -1, 1))
+
+
+def _refined(frame: LightFrame, light: Light, point: np.ndarray, coarse: Cut, count: int) -> Cut:
     """Return a light's patches, in pieces where they look large from a point or a rim goes through them.
 
     Pieces that still look large are cut again: a light can come as near to a point as it likes.
 
     Args:
+        frame: Says where the light's radiance jumps.
         light: The light.
         point: Whence.
         coarse: Its patches, ``count`` each way.
         count: See ``coarse``.
-        rims: Angles to the light's axis at which its radiance jumps.
     """
-    axis = light.world_from_light[:3, 2] / np.linalg.norm(light.world_from_light[:3, 2])
     column, row = np.arange(count**2) // count, np.arange(count**2) % count
     kept: list[Cut] = []
     cut = coarse
@@ -457,8 +475,7 @@ def _refined(light: Light, point: np.ndarray, coarse: Cut, count: int, rims: Seq
         is_seen = np.einsum("ij,ij->i", areas, to_light) < width * size * distance
         is_split = (width > 0.1) & is_seen & (to_light @ UP > -width * distance)
         if depth == 0:
-            theta = np.arccos(np.clip(to_light @ axis / distance, -1, 1))
-            is_split |= np.any([np.abs(theta - rim) < width for rim in rims], axis=0)
+            is_split |= is_near_rim(frame, to_light, width)
         if not is_split.any():
             break
         kept.append((centers[~is_split], areas[~is_split]))

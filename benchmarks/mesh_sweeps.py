@@ -179,19 +179,16 @@ def _cut(frame: LightFrame, triangles: np.ndarray) -> np.ndarray:
     values = frame.attributes
     is_sharp = values.get("shaping:focus", 0.0) > _SHARP or "stripes" in str(values.get("shaping:ies:file", ""))
     limit = _FINE_WIDTH if is_sharp else _WIDTH
-    rims = lights.rims_of(frame)
     corners = triangles.reshape(-1, 3)
     far = np.linalg.norm(corners, axis=1).min(initial=np.inf)
     rim_width = _RIM_WIDTH * min(np.linalg.norm(np.ptp(corners, axis=0)) / far, 1.0) if len(corners) else limit
-    axis = frame.matrix[:3, 2] / np.linalg.norm(frame.matrix[:3, 2])
     kept = []
     while len(triangles):
         triangles = triangles[(triangles[:, :, 1] > 0).any(axis=1)]
         middle = triangles.mean(axis=1)
         distance = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)
         width = np.linalg.norm(triangles - triangles[:, [1, 2, 0]], axis=2).max(axis=1) / distance
-        theta = np.arccos(np.clip(middle @ axis / distance, -1, 1))
-        is_cut = np.any([np.abs(theta - rim) < width for rim in rims], axis=0) | (triangles[:, :, 1] < 0).any(axis=1)
+        is_cut = lights.is_near_rim(frame, middle, width) | (triangles[:, :, 1] < 0).any(axis=1)
         is_wide = width > np.where(is_cut, rim_width, limit)
         kept.append(triangles[~is_wide])
         triangles = _halved(triangles[is_wide])
