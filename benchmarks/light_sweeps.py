@@ -432,7 +432,7 @@ def is_near_rim(frame: LightFrame, to_light: np.ndarray, width: np.ndarray) -> n
         width: How wide they look from where these begin [rad], shape [n].
     """
     axis = frame.matrix[:3, 2]
-    theta = _angle(to_light @ axis, to_light, np.linalg.norm(axis))
+    theta = _angle(to_light @ axis, to_light, float(np.linalg.norm(axis)))
     near: np.ndarray = np.abs(theta - light_of(frame).cone_angle) < width
     scale = frame.attributes.get("shaping:ies:angleScale", 0.0)
     if "shaping:ies:file" in frame.attributes and scale != 0:
