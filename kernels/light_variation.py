@@ -9,7 +9,7 @@ import warp as wp
 
 from .constants import FAR_LIGHT, FAR_PROFILE, FOCUS_DARK, STEEPEST
 from .light_direction import half_angle
-from .structs import LightData, SceneData
+from .structs import LightData, ProfileData
 
 DARK = wp.constant(0)
 """From :func:`cone_view`: all of a part is outside of the light's cone."""
@@ -56,12 +56,12 @@ def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int
 
 @wp.func
 def angle_to_axis(light: wp.ref[LightData], wi: wp.vec3) -> float:
-    """Return the angle to the light's axis of what it sends along -wi."""
+    """Return the angle to the light's axis of what it sends along -wi, a unit vector."""
     return wp.acos(wp.clamp(wp.dot(wi, light.axis_z), -1.0, 1.0))
 
 
 @wp.func
-def focus_rate(light: wp.ref[LightData], to_center: wp.vec3, half: float) -> float:
+def focus_rate(light: wp.ref[LightData], theta: float, half: float) -> float:
     """Return by how many powers of e a focused light changes a radian where a part does so most; 0 where that is dark.
 
     That is the focus times the tangent of the angle to the axis, near which its square root counts, the width of the
@@ -69,58 +69,48 @@ def focus_rate(light: wp.ref[LightData], to_center: wp.vec3, half: float) -> flo
 
     Args:
         light: One with a focus.
-        to_center: From the surface to the part's centre.
+        theta: :func:`angle_to_axis` of the part's centre [rad].
         half: The part's :func:`half_angle`.
     """
-    theta = angle_to_axis(light, wp.normalize(to_center))
-    theta = wp.min(theta, wp.pi - theta)
-    if wp.pow(wp.cos(wp.max(theta - half, 0.0)), light.focus) <= FOCUS_DARK:
+    off_axis = wp.min(theta, wp.pi - theta)
+    if wp.pow(wp.cos(wp.max(off_axis - half, 0.0)), light.focus) <= FOCUS_DARK:
         return 0.0
     root = wp.sqrt(light.focus)
-    return root * wp.max(1.0, root * wp.tan(wp.min(theta + half, STEEPEST)))
+    return root * wp.max(1.0, root * wp.tan(wp.min(off_axis + half, STEEPEST)))
 
 
 @wp.func
-def profile_cell(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> float:
-    """Return the width of a cell [rad] within which a light's profile is nearly a plane.
+def profile_cell(profile: wp.ref[ProfileData], theta: float, half: float) -> float:
+    """Return the width of a cell [rad] within which a profile is nearly a plane; at the axis no finer than a part.
 
     Args:
-        scene: Profiles.
-        light: One with a profile.
-        to_center: From the surface to the part's centre.
-        half: The part's :func:`half_angle`.
+        profile: The light's.
+        theta: :func:`angle_to_axis` of the part's centre [rad].
+        half: The part's :func:`half_angle` [rad].
     """
-    profile = scene.profiles[light.profile]
-    sine = wp.sin(angle_to_axis(light, wp.normalize(to_center)))
     # Horizontal angles crowd at the axis: there a share of the light is as fine as it gets.
-    return wp.min(profile.vertical_cell, profile.horizontal_cell * wp.max(sine, half))
+    return wp.min(profile.vertical_cell, profile.horizontal_cell * wp.max(wp.sin(theta), half))
 
 
 @wp.func
-def is_profile_cut(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
-    """Return whether an end of a light's profile, beyond which it is dark, goes through a part.
+def is_profile_cut(profile: wp.ref[ProfileData], theta: float, half: float) -> bool:
+    """Return whether an end of a profile, beyond which it is dark, goes through a part.
 
     Args:
-        scene: Profiles.
-        light: One with a profile.
-        to_center: From the surface to the part's centre.
-        half: The part's :func:`half_angle`.
+        profile: The light's.
+        theta: :func:`angle_to_axis` of the part's centre [rad].
+        half: The part's :func:`half_angle` [rad].
     """
-    profile = scene.profiles[light.profile]
-    theta = angle_to_axis(light, wp.normalize(to_center))
     return wp.abs(theta - profile.first_end) <= half or wp.abs(theta - profile.last_end) <= half
 
 
 @wp.func
-def is_profile_even(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, half: float) -> bool:
-    """Return whether a part looks so small that the light's profile does not tell its points apart.
+def is_profile_even(profile: wp.ref[ProfileData], theta: float, half: float) -> bool:
+    """Return whether a part looks so small that a profile does not tell its points apart.
 
     Args:
-        scene: Profiles.
-        light: One with a profile.
-        to_center: From the surface to the part's centre.
-        half: The part's :func:`half_angle`.
+        profile: The light's.
+        theta: :func:`angle_to_axis` of the part's centre [rad].
+        half: The part's :func:`half_angle` [rad].
     """
-    if is_profile_cut(scene, light, to_center, half):
-        return False
-    return half <= FAR_PROFILE * profile_cell(scene, light, to_center, half)
+    return not is_profile_cut(profile, theta, half) and half <= FAR_PROFILE * profile_cell(profile, theta, half)

@@ -153,9 +153,10 @@ def patch_view(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp
     if view != EVEN:
         return view
     half = half_angle(size2, wp.length_sq(to_center))
-    if light.focus > 0.0 and half * focus_rate(light, to_center, half) > FAR_FOCUS:
+    theta = angle_to_axis(light, wp.normalize(to_center))
+    if light.focus > 0.0 and half * focus_rate(light, theta, half) > FAR_FOCUS:
         return CUT
-    if light.profile >= 0 and not is_profile_even(scene, light, to_center, half):
+    if light.profile >= 0 and not is_profile_even(scene.profiles[light.profile], theta, half):
         return CUT
     return EVEN
 
@@ -202,15 +203,16 @@ def piece_view(
         if half > wp.max(grain.rim, SOFT_PIECE * soft):
             return CUT
         view = RIM if soft < half / SOFT_PIECE else int(EVEN)
+    theta = angle_to_axis(light, wp.normalize(middle))
     limit = HORIZON_PIECE if is_low else FOCUS_PIECE
-    if light.focus > 0.0 and half * focus_rate(light, middle, half) > limit:
+    if light.focus > 0.0 and half * focus_rate(light, theta, half) > limit:
         return CUT
     if light.profile >= 0:
-        if is_profile_cut(scene, light, middle, half):
+        if is_profile_cut(scene.profiles[light.profile], theta, half):
             if half > grain.rim:
                 return CUT
             view = int(RIM)
-        if half > wp.max(PROFILE_PIECE * profile_cell(scene, light, middle, half), grain.finest):
+        if half > wp.max(PROFILE_PIECE * profile_cell(scene.profiles[light.profile], theta, half), grain.finest):
             return CUT
     return view
 
@@ -301,7 +303,8 @@ def ends_within(scene: wp.ref[SceneData], light: wp.ref[LightData], triangle: Li
     middle = middle_of(triangle)
     size2 = ball_square(triangle)
     if light.profile >= 0:
-        if is_profile_cut(scene, light, middle, half_angle(size2, wp.length_sq(middle))):
+        theta = angle_to_axis(light, wp.normalize(middle))
+        if is_profile_cut(scene.profiles[light.profile], theta, half_angle(size2, wp.length_sq(middle))):
             return True
     return cone_view(light, middle, size2) == CUT
 

@@ -76,11 +76,12 @@ def has_closed_form(scene: wp.ref[SceneData], light: wp.ref[LightData], position
     if d2 < FAR_LIGHT * FAR_LIGHT * size2 or cone_view(light, center, size2) != EVEN:
         return False
     half = half_angle(size2, d2)
-    if light.meridians >= 0 and angle_to_axis(light, wp.normalize(center)) + half > rim_angle(light):
+    theta = angle_to_axis(light, wp.normalize(center))
+    if light.meridians >= 0 and theta + half > rim_angle(light):
         return False
-    if light.focus > 0.0 and half * focus_rate(light, center, half) > FAR_FOCUS:
+    if light.focus > 0.0 and half * focus_rate(light, theta, half) > FAR_FOCUS:
         return False
-    return light.profile < 0 or is_profile_even(scene, light, center, half)
+    return light.profile < 0 or is_profile_even(scene.profiles[light.profile], theta, half)
 
 
 @wp.func
@@ -101,15 +102,16 @@ def cell_count(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp
         view: Of its cone.
     """
     half = half_angle(size2, wp.length_sq(to_center))
+    theta = angle_to_axis(light, wp.normalize(to_center))
     count = float(LIGHT_CELLS)
     if view == CUT or light.profile >= 0 or light.texture >= 0:
         count = float(LIGHT_CELLS_FINE)
     if view == CUT:
         count = wp.max(count, CONE_CELLS * 2.0 * half / wp.max(light.cone_angle, 1.0e-3))
     if light.profile >= 0:
-        count = wp.max(count, 2.0 * half / profile_cell(scene, light, to_center, half))
+        count = wp.max(count, 2.0 * half / profile_cell(scene.profiles[light.profile], theta, half))
     if light.focus > 0.0:
-        count = wp.max(count, FOCUS_CELLS * 2.0 * half * focus_rate(light, to_center, half))
+        count = wp.max(count, FOCUS_CELLS * 2.0 * half * focus_rate(light, theta, half))
     return even_count(count)
 
 
