@@ -4,7 +4,8 @@
 
 The group visits a node once for all rays that meet its box, and takes the children in one order. Where its rays part,
 at most GROUP_FEW of them at a node, each is tested against all boxes. A ray is tested against the leaves whose boxes
-it meets, and by the same test, as when it is traced alone.
+it meets, by the same test as when it is traced alone, and against more: a hit drops what lies behind it by where the
+group enters a box, which is no later than where the ray does.
 
 Reference: Wald et al. (2001), Interactive Rendering with Coherent Ray Tracing, Eurographics; Overbeck, Ramamoorthi and
 Mark (2008), Large Ray Packets for Real-time Whitted Ray Tracing, for groups whose rays part.

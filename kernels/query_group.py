@@ -52,7 +52,7 @@ def query_any_hit_group(
     words: wp.array[int],
     blocked_out: wp.array[wp.bool],
 ):
-    """Write whether the rays of up to LAUNCH_SPANS spans hit anything, from ray ``next[0]`` on."""
+    """Write whether the rays of up to LAUNCH_SPANS spans hit anything, as ``query_closest_hit_group`` does."""
     results = AnyHits()
     results.is_blocked = blocked_out
     trace_spans(accels[0], span, origins, directions, t_max, base, sorted, words, results)

@@ -252,6 +252,29 @@ def test_launches_are_used_again_for_other_arrays() -> None:
     assert len(accel.idle_launches) == 1
 
 
+@pytest.mark.parametrize("one", ["origins", "directions", "t_max", "hits", "blocked"])
+def test_one_row_of_other_arrays_leaves_no_strides_behind(one: str) -> None:
+    """NumPy calls an array of one row contiguous whatever its strides; later queries put more rows in its place."""
+    scene = SCENES["torus"]
+    accel = warp_rt.build_accel(scene)
+    origins, directions = pencil(scene, 5000, 0.5, seed=7)
+    ends = np.full(5000, 9, np.float32)
+    buffer = np.zeros((10, 8), np.float32)
+    buffer[0, :3], buffer[0, 3:6], buffer[0, 6] = origins[0], directions[0], 9
+    lone = {"origins": origins[:1], "directions": directions[:1], "t_max": ends[:1]}
+    views = {"origins": buffer[:1, :3], "directions": buffer[:1, 3:6], "t_max": buffer[:1, 6]}
+    if one in lone:
+        lone[one] = views[one]
+    hits = Hits(
+        *(np.empty(10, np.float32), *(np.empty(10, np.int32) for _ in range(2))), *np.empty((2, 10), np.float32)
+    )
+    blocked = np.empty((10, 2), bool)
+    row = replace(hits, **{name: getattr(hits, name)[::5][:1] for name in ("t", "triangle", "instance", "u", "v")})
+    warp_rt.closest_hit(accel, *lone.values(), out=row if one == "hits" else None)
+    warp_rt.any_hit(accel, *lone.values(), out=blocked[:1, 0] if one == "blocked" else None)
+    check(accel, origins, directions, ends)
+
+
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_a_query_that_is_given_up_does_not_disturb_the_next(error: type[BaseException], monkeypatch) -> None:
     scene = SCENES["torus"]

@@ -389,6 +389,45 @@ def test_joints_without_a_skeleton_leave_the_rest_pose_and_are_named() -> None:
     assert codes(scene) == {"/root/m": "W131"}
 
 
+def test_unknown_types_count_as_what_the_stage_falls_back_to() -> None:
+    """What ``fallbackPrimTypes`` names first of what USD knows: UsdPrim::IsA answers by it, too."""
+    root = Usd.Stage.CreateInMemory()
+    root.GetRootLayer().ImportFromString(
+        """#usda 1.0
+        (
+            fallbackPrimTypes = {
+                token[] MyBall = ["BetterBall", "Sphere"]
+                token[] MyEye = ["Camera"]
+                token[] MyLamp = ["SphereLight"]
+                token[] MyMany = ["PointInstancer"]
+                token[] MyMesh = ["Mesh"]
+            }
+        )
+        def MyBall "ball" {
+            double radius = 2
+        }
+        def MyEye "eye" {}
+        def Scope "hidden" {
+            token visibility = "invisible"
+            def MyEye "eye" {}
+        }
+        def MyLamp "lamp" {}
+        def MyMesh "mesh" {TRIANGLE}
+        def MyMany "many" {
+            rel prototypes = </many/ball>
+            int[] protoIndices = [0, 0]
+            point3f[] positions = [(9, 0, 0), (19, 0, 0)]
+            def MyBall "ball" {}
+        }
+        """.replace("TRIANGLE", TRIANGLE)
+    )
+    scene = load_stage(root)
+    assert drawn(scene) == {"/ball", "/mesh", "/many/ball"}
+    assert {camera.path for camera in scene.cameras} == {"/eye", "/hidden/eye"}
+    assert [light.path for light in scene.lights] == ["/lamp"]
+    assert codes(scene) == {}
+
+
 def test_unknown_types_are_named() -> None:
     scene = load('def FancyProcedural "p" {\ndef Sphere "s" {}\n}')
     assert drawn(scene) == {"/p/s"}

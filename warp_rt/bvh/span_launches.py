@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -28,7 +30,17 @@ def describe(array: Any, dimensions: int = 1) -> Any:
     """
     if isinstance(array, wp.array):
         return array.__ctype__()
-    return _Descriptor(_address(array), 0, dimensions, array.shape, array.strides)
+    return _Descriptor(_address(array), 0, dimensions, array.shape, _strides(array))
+
+
+def _strides(array: np.ndarray) -> tuple[int, ...]:
+    """Return the strides, in bytes, of a C contiguous array's memory if it had more rows.
+
+    NumPy lets the stride along an axis of one be anything, and calls the array contiguous; a later query puts an array
+    of more rows in its place.
+    """
+    row = accumulate(reversed(array.shape[1:]), operator.mul, initial=array.itemsize)
+    return tuple(row)[::-1]
 
 
 def _address(array: np.ndarray) -> int:

@@ -20,6 +20,7 @@ from warp_rt.usd.motion import read_points
 from warp_rt.usd.nurbs_curves import lay_out_nurbs_curves
 from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.primvars import lay_out, read_primvar, read_primvars
+from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.ribbons import make_ribbons
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.sources import MeshSource
@@ -56,7 +57,7 @@ def read_shapes(
     path = prim.GetPath()
     rest = read_points(prim, time, carried_to)
     if rest is None or not len(rest):
-        report.warn(EMPTY, path, f"{prim.GetTypeName()} without points")
+        report.warn(EMPTY, path, f"{get_type_name(prim)} without points")
         return None
     points, skin = pose(rest, skin, prim, report)
     layout, values = _lay_out(prim, rest, points, skin, time, report)
@@ -72,11 +73,11 @@ def read_shapes(
     has_length = (np.ptp(controls, axis=1) > 0).any(axis=1) | (controls.shape[1] == 1)
     kept = np.flatnonzero(is_usable & (radii.max(axis=1, initial=0) > 0) & has_length)
     if not len(kept):
-        report.warn(EMPTY, path, f"{prim.GetTypeName()} of no size")
+        report.warn(EMPTY, path, f"{get_type_name(prim)} of no size")
         return None
     layout, controls, radii = layout[kept], controls[kept], radii[kept]
     primvars = {name: value for name, value in read_primvars(prim, layout, time, report).items() if name != "widths"}
-    if _has_normals(prim, time) and prim.GetTypeName() == "Points":
+    if _has_normals(prim, time) and get_type_name(prim) == "Points":
         report.warn(UNUSED_NORMALS, path, "its normals do not count: spheres have their own")
     elif _has_normals(prim, time):
         elements = layout if skin is None else _PosedNormals(layout, skin, len(points))
@@ -123,7 +124,7 @@ def _lay_out(
     prim: Usd.Prim, rest: np.ndarray, points: np.ndarray, skin: Skin | None, time: Usd.TimeCode, report: Report
 ) -> tuple[ShapeLayout, np.ndarray]:
     """Return the layout of a prim's shapes, and the values that its control points are sums of: [n, 3]."""
-    kind = prim.GetTypeName()
+    kind = get_type_name(prim)
     if kind == "Points":
         return lay_out_points(len(points)), points
     lengths = integers(UsdGeom.Curves(prim).GetCurveVertexCountsAttr().Get(time))
@@ -164,7 +165,7 @@ def _radii(
     prim: Usd.Prim, layout: ShapeLayout, shape: tuple[int, int], time: Usd.TimeCode, report: Report
 ) -> np.ndarray:
     """Return half the widths at the control points of each shape: float64, ``shape`` [n, k]."""
-    schema = UsdGeom.Points(prim) if prim.GetTypeName() == "Points" else UsdGeom.Curves(prim)
+    schema = UsdGeom.Points(prim) if get_type_name(prim) == "Points" else UsdGeom.Curves(prim)
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("widths")
     widths = None
     if primvar and primvar.HasAuthoredValue():

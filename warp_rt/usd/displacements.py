@@ -16,6 +16,7 @@ from warp_rt.scene.displacement import Displacement, displaced
 from warp_rt.usd.materials import DISPLACEMENT, MaterialReader
 from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
 from warp_rt.usd.primvars import BLOCKED, Values
+from warp_rt.usd.questions import get_type_name
 
 COARSE = "N914"
 
@@ -78,7 +79,7 @@ class DisplacementReader:
         if not any(displacements):
             return None
         if not isinstance(geometry, Mesh) or level is None:
-            message = f"displacement left out: a {prim.GetTypeName()} is a shape of its own, not a mesh"
+            message = f"displacement left out: a {get_type_name(prim)} is a shape of its own, not a mesh"
             self._report.warn(DISPLACEMENT, prim.GetPath(), message)
             return None
         heights = [displacement.height for displacement in displacements if displacement]

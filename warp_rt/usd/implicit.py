@@ -17,6 +17,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh, ShapeKind, Shapes
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 from warp_rt.usd.mesh import INVALID_VALUE, ORIENTATIONS
+from warp_rt.usd.questions import get_type_name
 
 TYPES = ("Sphere", "Cube", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane")
 BAD_SIZE = "W140"
@@ -41,7 +42,7 @@ class Shape:
 
 def read_shape(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> Shape | None:
     """Return the shape of a prim whose type is one of ``TYPES``; None, with a diagnostic, if it has no extent."""
-    kind = prim.GetTypeName()
+    kind = get_type_name(prim)
     # A negative size has no meaning of its own; its magnitude keeps the shape from being turned inside out.
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
     values = {name: attributes.value(name) for name in _SIZES[kind]}

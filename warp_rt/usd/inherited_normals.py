@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
+from warp_rt.usd.questions import get_type_name
 
 NOT_HANDED_DOWN = "W119"
 
@@ -35,7 +36,7 @@ def report_inherited_normals(prim: Usd.Prim, report: Report) -> None:
 
 def _takes_normals(prim: Usd.Prim) -> bool:
     """Return whether a prim is of a kind whose normals count, and has none of its own."""
-    if prim.GetTypeName() not in _TAKERS or UsdGeom.PointBased(prim).GetNormalsAttr().HasAuthoredValue():
+    if get_type_name(prim) not in _TAKERS or UsdGeom.PointBased(prim).GetNormalsAttr().HasAuthoredValue():
         return False
     return (
         UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get() not in SUBDIVISION_SCHEMES

@@ -25,6 +25,7 @@ from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.dome_layouts import LAYOUTS, Stretch, rotation_and_stretch
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
+from warp_rt.usd.questions import get_type_name
 
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_FILTER = "W403"
@@ -105,7 +106,7 @@ def read_light(
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
         return None
-    kind = prim.GetTypeName()
+    kind = get_type_name(prim)
     path = prim.GetPath()
     source = _geometry_of(prim)
     if kind not in _KINDS and kind not in _DOMES and source is None:
@@ -126,7 +127,7 @@ def read_light(
             mesh = meshes.read_target(source, matrix, is_shaped=is_shaped)
         if mesh is None:
             why = "is not supported" if len(meshes.rows(source)) else "is not drawn"
-            message = f"a {source.GetTypeName()} as a light {why}; it gives no light"
+            message = f"a {get_type_name(source)} as a light {why}; it gives no light"
             report.warn(UNSUPPORTED_LIGHT, path, message)
             return None
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
@@ -154,7 +155,7 @@ def _geometry_of(prim: Usd.Prim) -> Usd.Prim | None:
     """Return the geometry whose surface a light's is: itself, or what a GeometryLight names; None of other lights."""
     if prim.IsA(UsdGeom.Gprim):
         return prim
-    if prim.GetTypeName() != _NAMES_GEOMETRY:
+    if get_type_name(prim) != _NAMES_GEOMETRY:
         return None
     targets = prim.GetRelationship("geometry").GetForwardedTargets()
     target = prim.GetStage().GetPrimAtPath(targets[0]) if len(targets) == 1 else None
@@ -392,7 +393,7 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     if portals and portals.GetTargets():
         report.warn(IGNORED_PORTALS, path, "portals are not supported; the dome shines from everywhere")
     shaping = prim.GetAuthoredPropertiesInNamespace("inputs:shaping")
-    if prim.GetTypeName() in (*_DOMES, "DistantLight") and shaping:
+    if get_type_name(prim) in (*_DOMES, "DistantLight") and shaping:
         names = ", ".join(str(attribute.GetName()) for attribute in shaping)
         report.warn(NO_SHAPING, path, f"{names}: light from infinitely far is not shaped")
     known = _input_names(prim)
@@ -406,8 +407,8 @@ def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report)
             )
     if unknown:
         names = ", ".join(sorted(unknown))
-        report.warn(INPUTS_WITHOUT_EFFECT, path, f"a {prim.GetTypeName()} has no {names}; ignored")
-    if prim.GetTypeName() in _DOMES and attributes.truth("inputs:normalize", False):
+        report.warn(INPUTS_WITHOUT_EFFECT, path, f"a {get_type_name(prim)} has no {names}; ignored")
+    if get_type_name(prim) in _DOMES and attributes.truth("inputs:normalize", False):
         report.warn(INPUTS_WITHOUT_EFFECT, path, "inputs:normalize: a dome has no area to divide by; ignored")
     for name in sorted(_old_names(prim)):
         attribute = prim.GetAttribute(name)

@@ -17,6 +17,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, Shapes, Texture
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.usd import implicit
+from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.solid_triangles import MOST, SOLIDS, enclosing_triangles, placed_triangles
 
 
@@ -116,7 +117,7 @@ class MeshLightReader:
         if not len(rows):
             return None
         local_from_mesh = np.eye(4)
-        if prim.GetTypeName() in implicit.TYPES:
+        if get_type_name(prim) in implicit.TYPES:
             shape = implicit.read_shape(prim, time, Report())  # what is wrong with it has been told
             if shape is None:
                 return None

@@ -16,6 +16,7 @@ from pxr import Gf, Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.scene import Camera
 from warp_rt.usd.arrays import float_rows, vector_rows
+from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.stage import has_rate
 
 IDLE_VELOCITIES = "N936"
@@ -99,7 +100,7 @@ def _note_idle(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) ->
 
 
 def _carried(prim: Usd.Prim) -> tuple[tuple[str, str], ...]:
-    return _OF_INSTANCES if prim.GetTypeName() == "PointInstancer" else _OF_POINTS
+    return _OF_INSTANCES if get_type_name(prim) == "PointInstancer" else _OF_POINTS
 
 
 def carriers(prim: Usd.Prim, time: Usd.TimeCode) -> set[str]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pxr import Usd
 
 get_path = Usd.Prim.GetPath
-get_type_name = Usd.Prim.GetTypeName
+get_authored_type_name = Usd.Prim.GetTypeName
 get_type_info = Usd.Prim.GetPrimTypeInfo
 get_filtered_children = Usd.Prim.GetFilteredChildren
 get_property_names = Usd.Prim.GetPropertyNames
@@ -31,3 +31,11 @@ has_authored_connections = Usd.Attribute.HasAuthoredConnections
 
 get_forwarded_targets = Usd.Relationship.GetForwardedTargets
 compute_color_space_name = Usd.ColorSpaceAPI.ComputeColorSpaceName
+
+
+def get_type_name(prim: Usd.Prim) -> str:
+    """Return the type that a prim counts as: where USD does not know its own, what ``fallbackPrimTypes`` puts for it.
+
+    Of a type that nothing is put for, its own name, which is empty where it has none.
+    """
+    return get_type_info(prim).GetSchemaTypeName() or prim.GetTypeName()

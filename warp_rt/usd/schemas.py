@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom, UsdSemantics
 
 from warp_rt.report import Report
 from warp_rt.usd.lights import is_light
-from warp_rt.usd.questions import get_type_info, get_type_name
+from warp_rt.usd.questions import get_authored_type_name, get_type_info, get_type_name
 
 MOTION_SCALE = "W423"
 IDLE_ATTRIBUTE = "N924"
@@ -32,6 +32,7 @@ class PrimType:
 
     info: Usd.PrimTypeInfo
     name: str
+    """As ``get_type_name`` has it."""
     schemas: tuple[str, ...]
     """Those that the walk heeds, of the applied ones and those that belong to the type."""
     is_imageable: bool
@@ -50,19 +51,20 @@ class TypeReader:
 
     def read(self, prim: Usd.Prim) -> PrimType:
         """Return the type of a prim."""
-        info, name = get_type_info(prim), get_type_name(prim)
+        info, name = get_type_info(prim), get_authored_type_name(prim)
         latest = self._latest.get(name)
         if latest is not None and latest.info == info:
             return latest
         key = (name, *info.GetAppliedAPISchemas())
         known = self._known.get(key)
         if known is None or known.info != info:
-            known = self._known[key] = _prim_type(prim, info, name)
+            known = self._known[key] = _prim_type(prim, info)
         self._latest[name] = known
         return known
 
 
-def _prim_type(prim: Usd.Prim, info: Usd.PrimTypeInfo, name: str) -> PrimType:
+def _prim_type(prim: Usd.Prim, info: Usd.PrimTypeInfo) -> PrimType:
+    name = get_type_name(prim)
     return PrimType(
         info,
         name,

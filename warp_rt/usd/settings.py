@@ -21,6 +21,7 @@ from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import numbers, shown
 from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.color_spaces import color_space
+from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.render_vars import read_render_var
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
@@ -187,7 +188,7 @@ def report_unused(
     Where settings are in force, others beside them are alternatives, which is what they are for.
     """
     for path in render_prims:
-        kind = stage.GetPrimAtPath(path).GetTypeName()
+        kind = get_type_name(stage.GetPrimAtPath(path))
         if kind == "RenderPass" and path != pass_path:
             report.warn(UNUSED_RENDER_PRIM, path, "counts where it is asked for (--render-pass) only")
         elif kind != "RenderPass" and not settings.path:

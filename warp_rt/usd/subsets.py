@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.usd.arrays import integers
+from warp_rt.usd.questions import get_type_name
 
 _ALL = Usd.TraverseInstanceProxies()
 
@@ -25,8 +26,8 @@ BAD_FACE = "W111"
 def report_misplaced(prim: Usd.Prim, bindings: Sequence[str], report: Report) -> None:
     """Report a GeomSubset that nobody asks for its material: see ``Authored.bindings``."""
     parent = prim.GetParent()
-    if bindings and parent.GetTypeName() not in OWNERS:
-        what = f"the {parent.GetTypeName()} above" if parent.GetTypeName() else "what is above"
+    if bindings and get_type_name(parent) not in OWNERS:
+        what = f"the {get_type_name(parent)} above" if get_type_name(parent) else "what is above"
         report.warn(BAD_FACE, prim.GetPath(), f"its material left out: {what} has no subsets with materials")
 
 

@@ -33,7 +33,7 @@ from warp_rt.usd.inherited_normals import report_inherited_normals
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
-from warp_rt.usd.questions import get_path, has_authored_metadata, is_instance, is_loaded, is_model
+from warp_rt.usd.questions import get_path, get_type_name, has_authored_metadata, is_instance, is_loaded, is_model
 from warp_rt.usd.schemas import FOREIGN, read_labels, report_ignored, report_meaningless
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
@@ -305,7 +305,7 @@ class StageWalk:
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
         """Add the cameras of an invisible prim, which one may look through all the same."""
         for camera in Usd.PrimRange(prim, SHOWN):
-            if camera.GetTypeName() == "Camera":
+            if get_type_name(camera) == "Camera":
                 matrix = np.linalg.inv(above.world_from_group) @ self._transforms.world_from_local(camera)
                 builder.add_camera(PlacedPrim(camera, matrix, above.name(camera)))
 
