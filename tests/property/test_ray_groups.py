@@ -273,6 +273,9 @@ def test_one_row_of_other_arrays_leaves_no_strides_behind(one: str) -> None:
     warp_rt.closest_hit(accel, *lone.values(), out=row if one == "hits" else None)
     warp_rt.any_hit(accel, *lone.values(), out=blocked[:1, 0] if one == "blocked" else None)
     check(accel, origins, directions, ends)
+    rng = np.random.default_rng(8)
+    scattered = rng.normal(size=(2, 5000, 3)).astype(np.float32)  # not taken in groups
+    check(accel, *scattered, rng.random(5000).astype(np.float32))
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
