@@ -101,6 +101,30 @@ def test_rows_beyond_the_end_are_refused() -> None:
         scattered()[np.array([0, -COUNT - 1])]
 
 
+@pytest.mark.parametrize("key", [np.ones(7, bool), 1.5, np.zeros(2)])
+def test_what_is_no_row_is_refused(key: object) -> None:
+    with pytest.raises(IndexError):
+        scattered()[key]
+
+
+def test_what_arrays_can_do_they_can() -> None:
+    lazy, array = scattered(), np.asarray(scattered())
+    for made, expected in [
+        (lazy.copy(), array),
+        (lazy.reshape(-1, 16), array.reshape(-1, 16)),
+        (lazy + 1, array + 1),
+        (2 * lazy, 2 * array),
+        (np.abs(lazy), np.abs(array)),
+        (array @ lazy, array @ array),
+        (lazy[...], array),
+        (lazy[None], array[None]),
+        (lazy == array, np.ones(array.shape, bool)),
+    ]:
+        np.testing.assert_array_equal(made, expected)
+    assert lazy.size == array.size
+    assert len({lazy, scattered()}) == 2
+
+
 def test_one_is_visited_after_the_other() -> None:
     np.testing.assert_array_equal(np.array(list(scattered())), scattered()[:])
 

@@ -10,15 +10,16 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 _BLOCK = 1 << 12  # matrices at a time: what is computed on the way stays in the cache
 
 
-class LazyTransforms(ABC):
+class LazyTransforms(NDArrayOperatorsMixin, ABC):
     """Stands for an array, float64, shape [n, 4, 4], that is computed where it is read; nothing can be written to it.
 
-    ``transforms[rows]`` and ``transforms[rows, ...]`` are those of an array: ``rows`` one row, a slice, several or a
-    mask.
+    ``transforms[rows]`` and ``transforms[rows, ...]`` compute no others: ``rows`` one row, a slice, several or a mask.
+    Whatever else an array can do is done with the array of all.
     """
 
     dtype = np.dtype(np.float64)
@@ -51,8 +52,21 @@ class LazyTransforms(ABC):
         """Whether all numbers are finite."""
         return all(bool(np.isfinite(self[start : start + _BLOCK]).all()) for start in range(0, len(self), _BLOCK))
 
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or not hasattr(np.ndarray, name):
+            raise AttributeError(f"{type(self).__name__} has no {name}")
+        return getattr(self[:], name)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        arrays = (item[:] if isinstance(item, LazyTransforms) else item for item in inputs)
+        return getattr(ufunc, method)(*arrays, **options)
+
+    __hash__ = object.__hash__
+
     def __getitem__(self, key: Any) -> np.ndarray:
         rows, *rest = key if isinstance(key, tuple) else (key,)
+        if rows is None or rows is Ellipsis:
+            return self[:][key]
         numbers = row_numbers(rows, len(self))
         found = np.empty((numbers.size, 4, 4))
         for start in range(0, len(found), _BLOCK):
@@ -207,7 +221,11 @@ def row_numbers(rows: Any, count: int) -> np.ndarray:
         return np.arange(*rows.indices(count))
     numbers = np.asarray(rows)
     if numbers.dtype == bool:
+        if numbers.shape != (count,):
+            raise IndexError(f"a mask of shape {list(numbers.shape)} for {count} rows")
         numbers = np.flatnonzero(numbers)
+    elif numbers.size and numbers.dtype.kind not in "iu":
+        raise IndexError(f"rows are whole numbers, not {numbers.dtype}")
     elif numbers.size and not (-count <= numbers.min() and numbers.max() < count):
         raise IndexError(f"a row is outside the {count} that there are")
     return np.where(numbers < 0, numbers + count, numbers).astype(np.int64, copy=False)
