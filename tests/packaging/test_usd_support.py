@@ -22,6 +22,7 @@ from PIL import Image as PillowImage
 from pxr import Gf, Sdf, Sdr, Usd, UsdGeom
 
 from warp_rt.scene import Scene
+from warp_rt.scene.instance_transforms import LazyTransforms
 from warp_rt.usd.load import load_stage
 
 from .usd_probes import FIXTURES, HOSTS, PROBES, Fixture, Probe
@@ -270,6 +271,8 @@ def _differ(one: object, other: object) -> bool:
     """Return whether two scenes, or parts of them, differ in anything but their diagnostics."""
     if type(one) is not type(other):
         return True
+    if isinstance(one, LazyTransforms):
+        one, other = one[:], other[:]
     if isinstance(one, np.ndarray):
         return one.shape != other.shape or not np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     if dataclasses.is_dataclass(one):
