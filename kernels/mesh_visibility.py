@@ -11,7 +11,7 @@ import warp as wp
 
 from .constants import SHADOW_END
 from .light_triangle import VisiblePart
-from .sample_mesh import meet_triangle, next_cluster
+from .sample_mesh import is_ball_met, meet_triangle, next_cluster
 from .structs import LightMeshData, SceneData
 
 OUTSIDE = wp.constant(1)
@@ -71,9 +71,7 @@ def is_hidden(scene: wp.ref[SceneData], mesh: wp.ref[LightMeshData], position: w
             k = mesh.clusters + node
             if body < 0 or scene.light_clusters[k].body != body:
                 center = scene.light_clusters[k].center - position
-                along = wp.dot(center, wi)
-                r = scene.light_clusters[k].radius
-                is_entered = along > -r and along - r < end and wp.length_sq(center - wi * along) <= r * r
+                is_entered = is_ball_met(center, scene.light_clusters[k].radius, wi, end)
         node = next_cluster(node, is_entered)
         if node == 1:
             break

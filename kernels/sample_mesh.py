@@ -100,6 +100,20 @@ def meet_triangle(triangle: LightTriangle, position: wp.vec3, wi: wp.vec3) -> fl
     return wp.max(wp.dot(triangle.side_y, down) / determinant, 0.0)
 
 
+@wp.func
+def is_ball_met(center: wp.vec3, radius: float, wi: wp.vec3, end: float) -> bool:
+    """Return whether a ray may meet what is in a ball before its end.
+
+    Args:
+        center: Of the ball, from where the ray begins.
+        radius: Of the ball.
+        wi: Unit direction.
+        end: Length of the ray.
+    """
+    along = wp.dot(center, wi)
+    return along > -radius and along - radius < end and wp.length_sq(center - wi * along) <= radius * radius
+
+
 @wp.func(inline=False)
 def meet_mesh(scene: wp.ref[SceneData], row: int, position: wp.vec3, wi: wp.vec3) -> LightDirection:
     """Return the nearest point of a mesh light that shines on a point from a unit direction, as if it were sampled.
@@ -127,11 +141,7 @@ def meet_mesh(scene: wp.ref[SceneData], row: int, position: wp.vec3, wi: wp.vec3
                         nearest = met
         else:
             cluster = scene.light_clusters[mesh.clusters + node]
-            center = cluster.center - position
-            along = wp.dot(center, wi)
-            beside = wp.length_sq(center - wi * along)
-            r = cluster.radius
-            is_entered = along > -r and along - r < nearest.distance and beside <= r * r
+            is_entered = is_ball_met(cluster.center - position, cluster.radius, wi, nearest.distance)
         node = next_cluster(node, is_entered)
         if node == 1:
             break

@@ -16,6 +16,7 @@ International Journal for Numerical Methods in Engineering 20(4).
 
 import warp as wp
 
+from .codes import VARIED
 from .constants import (
     CANCELLED,
     FAR_FOCUS,
@@ -117,12 +118,17 @@ class Grain:
 def grain_of(scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMeshData, position: wp.vec3) -> Grain:
     """Return how small pieces of a mesh light get: by how large it looks, how wide its cone is, and what that leaves.
 
+    Of a light whose radiance does not vary none are asked for, and all is 0.
+
     Args:
         scene: Lights' triangles and clusters.
         light: The light.
         mesh: Its triangles.
         position: Of the surface.
     """
+    grain = Grain()
+    if (light.varies & VARIED) == 0:
+        return grain
     triangle = scene.light_triangles[mesh.offset]
     center = middle_of(triangle)
     size2 = ball_square(triangle)
@@ -132,7 +138,6 @@ def grain_of(scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMesh
         size2 = whole.radius * whole.radius
     half = half_angle(size2, wp.length_sq(center - position))
     reach = light.cone_angle - angle_to_axis(light, wp.normalize(center - position)) + half
-    grain = Grain()
     grain.rim = RIM_PIECE * wp.max(wp.min(wp.min(light.cone_angle, half), reach), SLIVER_PIECE * half)
     grain.finest = FINEST_PIECE * half
     grain.meridians = meridian_view(scene, light, center - position, size2)

@@ -258,9 +258,7 @@ def sum_parts(
         n: Its unit normal.
     """
     sum = MeshSum()
-    grain = Grain()
-    if (light.varies & VARIED) != 0:
-        grain = grain_of(scene, light, mesh, position)
+    grain = grain_of(scene, light, mesh, position)
     node = int(1)
     while True:
         part = part_of_mesh(scene, light, mesh, node, position, n, grain)
@@ -328,9 +326,7 @@ def sum_seen_parts(
         all: What all parts send, nothing in between.
     """
     sum = MeshSum()
-    grain = Grain()
-    if (light.varies & VARIED) != 0:
-        grain = grain_of(scene, light, mesh, position)
+    grain = grain_of(scene, light, mesh, position)
     step = all.hideable / float(SEEN_POINTS)
     waiting = 0.5 * step
     flux = wp.vec3(0.0, 0.0, 0.0)

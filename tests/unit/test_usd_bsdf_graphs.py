@@ -5,12 +5,11 @@
 import numpy as np
 import pytest
 from PIL import Image as PilImage
-from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
 from warp_rt.scene import OpacityMode
 from warp_rt.scene.texture_values import texture_values
-from warp_rt.usd.materials import MaterialReader
+
+from ..material_stages import read_material
 
 
 def node(name, kind, *lines, output="token outputs:out"):
@@ -38,19 +37,6 @@ def surface(*lines):
     return node("S", "surface", *lines)
 
 
-def read(nodes):
-    """Return the material of a graph, the codes and messages, and the reader."""
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(
-        f'#usda 1.0\ndef Sphere "s" (prepend apiSchemas = ["MaterialBindingAPI"]) {{\nrel material:binding = </M>\n}}\n'
-        f'def Material "M" {{\ntoken outputs:mtlx:surface.connect = </M/S.outputs:out>\n{nodes}}}'
-    )
-    report = Report()
-    reader = MaterialReader(stage, Usd.TimeCode.Default(), report)
-    material = reader.materials[reader.bind(UsdGeom.Sphere(stage.GetPrimAtPath("/s")).GetPrim())]
-    return material, [(d.code, d.message) for d in report], reader
-
-
 def value(material, name):
     return np.array(material.inputs[name].value[: 1 if name in ("roughness", "ior", "opacity", "clearcoat") else 3])
 
@@ -60,7 +46,7 @@ GLASS_F0 = (0.5 / 2.5) ** 2  # ior 1.5
 
 
 def test_a_diffuse_surface_reflects_nothing_else():
-    material, told, _ = read(surface(wire("bsdf", "D")) + DIFFUSE)
+    material, told, _ = read_material(surface(wire("bsdf", "D")) + DIFFUSE)
     np.testing.assert_allclose(value(material, "diffuseColor"), (0.1, 0.2, 0.3))
     assert (value(material, "specularColor").tolist(), value(material, "ior").tolist()) == ([0, 0, 0], [1])
     assert material.use_specular_workflow
@@ -70,7 +56,7 @@ def test_a_diffuse_surface_reflects_nothing_else():
 def test_a_dielectric_over_a_diffuse_base():
     top = node("T", "dielectric_bsdf", rough(0.09), color("tint", 1.0, 0.5, 0.25), scalar("weight", 0.5))
     layer = node("L", "layer_bsdf", wire("top", "T"), wire("base", "D"))
-    material, told, _ = read(surface(wire("bsdf", "L")) + layer + top + DIFFUSE)
+    material, told, _ = read_material(surface(wire("bsdf", "L")) + layer + top + DIFFUSE)
     np.testing.assert_allclose(value(material, "diffuseColor"), (0.1, 0.2, 0.3))
     np.testing.assert_allclose(value(material, "specularColor"), 0.5 * GLASS_F0 * np.array((1, 0.5, 0.25)), rtol=1e-6)
     np.testing.assert_allclose(value(material, "roughness"), 0.3)  # alpha is its square
@@ -83,7 +69,7 @@ def test_a_coat_over_what_reflects_is_the_clearcoat():
     nodes += node("C", "layer_bsdf", wire("top", "K"), wire("base", "G"))
     nodes += node("K", "dielectric_bsdf", rough(0.04), scalar("weight", 0.75))
     nodes += node("G", "conductor_bsdf", rough(0.25))
-    material, _, _ = read(nodes)
+    material, _, _ = read_material(nodes)
     np.testing.assert_allclose(value(material, "clearcoat"), 0.75)
     np.testing.assert_allclose(material.inputs["clearcoatRoughness"].value[0], 0.2)
     # Fresnel's equations head on, of gold, which the node defaults to.
@@ -96,13 +82,13 @@ def test_a_coat_over_what_reflects_is_the_clearcoat():
 def test_an_artistic_conductor_reflects_its_colour():
     nodes = surface(wire("bsdf", "G")) + node("G", "conductor_bsdf", wire("ior", "A", "color3f"))
     nodes += node("A", "artistic_ior", color("reflectivity", 0.9, 0.6, 0.3), output="color3f outputs:out")
-    material, _, _ = read(nodes)
+    material, _, _ = read_material(nodes)
     np.testing.assert_allclose(value(material, "specularColor"), (0.9, 0.6, 0.3), rtol=1e-6)
 
 
 def test_glass_lets_light_through_and_bends_it():
     body = ('string inputs:scatter_mode = "RT"', scalar("ior", 1.33), rough(0.0))
-    material, _, _ = read(surface(wire("bsdf", "G")) + node("G", "dielectric_bsdf", *body))
+    material, _, _ = read_material(surface(wire("bsdf", "G")) + node("G", "dielectric_bsdf", *body))
     assert material.opacity_mode == OpacityMode.TRANSPARENT
     np.testing.assert_allclose([value(material, "opacity")[0], value(material, "ior")[0]], (0.0, 1.33), rtol=1e-6)
     np.testing.assert_allclose(value(material, "specularColor"), [(0.33 / 2.33) ** 2] * 3, rtol=1e-5)
@@ -114,7 +100,7 @@ def test_mixtures_sums_and_products_add_up():
     nodes += node("A", "add_bsdf", wire("in1", "X"), wire("in2", "D"))
     nodes += node("X", "mix_bsdf", wire("fg", "D"), wire("bg", "E"), scalar("mix", 0.25))
     nodes += node("E", "burley_diffuse_bsdf", color("color", 0.4, 0.4, 0.4))
-    material, _, _ = read(nodes + DIFFUSE)
+    material, _, _ = read_material(nodes + DIFFUSE)
     base = np.array((0.1, 0.2, 0.3))
     expected = np.array((0.5, 1.0, 2.0)) * (0.25 * base + 0.75 * 0.4 + base)
     np.testing.assert_allclose(value(material, "diffuseColor"), expected, rtol=1e-6)
@@ -127,7 +113,7 @@ def test_a_mixture_by_a_texture_is_one_texture(tmp_path):
     nodes += node("X", "mix_bsdf", wire("fg", "D"), wire("bg", "E"), wire("mix", "I", "float"))
     nodes += node("E", "burley_diffuse_bsdf", color("color", 0.4, 0.4, 0.4))
     file = f"asset inputs:file = @{tmp_path / 'mask.png'}@"
-    material, told, reader = read(nodes + DIFFUSE + node("I", "image_float", file, output="float outputs:out"))
+    material, told, reader = read_material(nodes + DIFFUSE + node("I", "image_float", file, output="float outputs:out"))
     source = material.inputs["diffuseColor"]
     found = texture_values(reader.textures[source.texture], reader.images, np.array([(0.5, 0.5)]))[0, :3]
     share = 64 / 255
@@ -139,7 +125,7 @@ def test_emission_and_presence():
     nodes = surface(wire("bsdf", "D"), wire("edf", "E"), scalar("opacity", 0.25))
     nodes += node("E", "multiply_edfF", wire("in1", "U"), scalar("in2", 3.0))
     nodes += node("U", "uniform_edf", color("color", 1.0, 0.5, 0.0))
-    material, _, _ = read(nodes + DIFFUSE)
+    material, _, _ = read_material(nodes + DIFFUSE)
     np.testing.assert_allclose(value(material, "emissiveColor"), (3.0, 1.5, 0.0))
     assert (value(material, "opacity").tolist(), material.opacity_mode) == ([0.25], OpacityMode.PRESENCE)
 
@@ -147,14 +133,14 @@ def test_emission_and_presence():
 def test_roughness_of_the_node_that_squares_it():
     nodes = surface(wire("bsdf", "G")) + node("G", "dielectric_bsdf", wire("roughness", "R", "float2"))
     nodes += node("R", "roughness_anisotropy", scalar("roughness", 0.4), output="float2 outputs:out")
-    material, _, _ = read(nodes)
+    material, _, _ = read_material(nodes)
     np.testing.assert_allclose(value(material, "roughness"), 0.4)
 
 
 def test_what_is_lost_is_named():
     nodes = surface(wire("bsdf", "L")) + node("L", "layer_bsdf", wire("top", "H"), wire("base", "D"))
     nodes += node("H", "sheen_bsdf", scalar("weight", 0.5))
-    _, told, _ = read(nodes + DIFFUSE.replace("inputs:weight = 0.5", "inputs:roughness = 0.5"))
+    _, told, _ = read_material(nodes + DIFFUSE.replace("inputs:weight = 0.5", "inputs:roughness = 0.5"))
     lost = "without sheen, the roughness of its diffuse reflection"
     assert told == [("W302", f"the surface 'ND_surface' of BSDFs is approximated by a UsdPreviewSurface, {lost}")]
 
@@ -168,13 +154,13 @@ def test_what_is_lost_is_named():
     ids=["unknown", "circle"],
 )
 def test_where_no_node_is_known_display_color_is_shown(nodes, codes):
-    material, told, _ = read(nodes)
+    material, told, _ = read_material(nodes)
     assert [code for code, _ in told if code != "W304"] == codes
     assert material.path == "/__displayColor"
 
 
 def test_graphs_that_double_with_each_node_end():
     chain = "".join(node(f"X{k}", "add_bsdf", *(wire(f"in{i}", f"X{k + 1}") for i in (1, 2))) for k in range(60))
-    material, told, _ = read(surface(wire("bsdf", "X0")) + chain)
+    material, told, _ = read_material(surface(wire("bsdf", "X0")) + chain)
     assert {code for code, _ in told} == {"W304", "W303", "W301"}
     assert material.path == "/__displayColor"

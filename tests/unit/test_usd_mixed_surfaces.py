@@ -7,12 +7,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PIL import Image as PilImage
-from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
 from warp_rt.scene import OpacityMode
 from warp_rt.scene.texture_values import texture_values
-from warp_rt.usd.materials import MaterialReader
+
+from ..material_stages import read_material
 
 
 def shader(name: str, identifier: str, *lines: str) -> str:
@@ -29,19 +28,6 @@ def mixture(*lines: str, name: str = "S", fg: str = "A", bg: str = "B") -> str:
     return shader(name, "ND_mix_surfaceshader", *wires, *lines)
 
 
-def read(nodes: str):
-    """Return the material of some nodes, the codes and messages, and the reader."""
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(
-        f'#usda 1.0\ndef Sphere "s" (prepend apiSchemas = ["MaterialBindingAPI"]) {{\nrel material:binding = </M>\n}}\n'
-        f'def Material "M" {{\ntoken outputs:mtlx:surface.connect = </M/S.outputs:out>\n{nodes}}}'
-    )
-    report = Report()
-    reader = MaterialReader(stage, Usd.TimeCode.Default(), report)
-    material = reader.materials[reader.bind(UsdGeom.Sphere(stage.GetPrimAtPath("/s")).GetPrim())]
-    return material, [(d.code, d.message) for d in report], reader
-
-
 def value(material, name: str, count: int = 3) -> np.ndarray:
     return np.array(material.inputs[name].value[:count])
 
@@ -51,7 +37,7 @@ BLUE = preview("B", "color3f inputs:diffuseColor = (0, 0.1, 0.6)", "color3f inpu
 
 
 def test_two_surfaces_of_one_kind_are_mixed_input_by_input():
-    material, told, _ = read(mixture("float inputs:mix = 0.25") + RED + BLUE)
+    material, told, _ = read_material(mixture("float inputs:mix = 0.25") + RED + BLUE)
     np.testing.assert_allclose(value(material, "diffuseColor"), (0.2, 0.1, 0.45), rtol=1e-6)
     np.testing.assert_allclose(value(material, "emissiveColor"), (0.75, 1.5, 2.25), rtol=1e-6)
     np.testing.assert_allclose(value(material, "roughness", 1), 0.25 * 0.2 + 0.75 * 0.5, rtol=1e-6)
@@ -66,7 +52,7 @@ def test_a_metal_and_a_dielectric_are_mixed_as_what_they_reflect():
     metal = preview(
         "A", f"color3f inputs:diffuseColor = {gold}", f"float inputs:metallic = {m}", f"float inputs:ior = {n}"
     )
-    material, _, _ = read(mixture("float inputs:mix = 0.5") + metal + BLUE)
+    material, _, _ = read_material(mixture("float inputs:mix = 0.5") + metal + BLUE)
     gold = np.array(gold)
     tint = (1 - m) + m * gold
     of_metal = ((n - 1) / (n + 1)) ** 2 * tint * (1 - m) + tint * m
@@ -81,7 +67,7 @@ def test_a_weight_of_a_texture_makes_textures(tmp_path):
     PilImage.fromarray(np.array([[0, 51], [102, 255]], np.uint8)).save(tmp_path / "mask.png")
     mask = shader("I", "ND_image_float", f"asset inputs:file = @{tmp_path / 'mask.png'}@")
     nodes = mixture("float inputs:mix.connect = </M/I.outputs:out>") + RED + BLUE + mask
-    material, told, reader = read(nodes)
+    material, told, reader = read_material(nodes)
     spots = np.array([(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)])
     share = np.array([102, 255, 0, 51])[:, None] / 255
     source = material.inputs["diffuseColor"]
@@ -92,25 +78,25 @@ def test_a_weight_of_a_texture_makes_textures(tmp_path):
 
 def test_opacity_has_the_mode_of_the_surface_that_lets_light_through():
     leaf = preview("A", "float inputs:opacity = 0.4", 'token inputs:opacityMode = "presence"')
-    material, _, _ = read(mixture("float inputs:mix = 0.5") + leaf + BLUE)
+    material, _, _ = read_material(mixture("float inputs:mix = 0.5") + leaf + BLUE)
     assert material.opacity_mode == OpacityMode.PRESENCE
     np.testing.assert_allclose(value(material, "opacity", 1), 0.7, rtol=1e-6)
     glass = BLUE.replace("token outputs:out", "float inputs:opacity = 0\ntoken outputs:out")
-    _, told, _ = read(mixture("float inputs:mix = 0.5") + leaf + glass)
+    _, told, _ = read_material(mixture("float inputs:mix = 0.5") + leaf + glass)
     assert "of opacityMode and opacityThreshold the background's" in told[-1][1]
 
 
 def test_surfaces_of_other_renderers_are_mixed_and_mixtures_too():
     wood = shader("A", "ND_standard_surface_surfaceshader", "color3f inputs:base_color = (0.5, 0.25, 0.125)")
     inner = mixture("float inputs:mix = 0.5", name="C") + wood + BLUE
-    material, told, _ = read(mixture("float inputs:mix = 0.5", fg="C") + inner)
+    material, told, _ = read_material(mixture("float inputs:mix = 0.5", fg="C") + inner)
     expected = 0.25 * np.array((0.5, 0.25, 0.125)) + 0.75 * np.array((0, 0.1, 0.6))
     np.testing.assert_allclose(value(material, "diffuseColor"), expected, rtol=1e-6)
     assert [code for code, _ in told] == ["W302"] * 3
 
 
 def test_where_one_surface_is_unknown_the_other_counts():
-    material, told, _ = read(mixture("float inputs:mix = 0.5") + shader("A", "ND_gooch_shade") + BLUE)
+    material, told, _ = read_material(mixture("float inputs:mix = 0.5") + shader("A", "ND_gooch_shade") + BLUE)
     np.testing.assert_allclose(value(material, "diffuseColor"), (0, 0.1, 0.6), rtol=1e-6)
     assert told == [("W301", "the surface 'ND_gooch_shade' is not supported: the other of the mixture counts")]
 
@@ -119,21 +105,21 @@ def test_where_one_surface_is_unknown_the_other_counts():
     "nodes", [mixture(fg="S", bg="S"), mixture(fg="C", bg="C") + mixture(name="C", fg="S", bg="S")]
 )
 def test_circles_end(nodes):
-    material, told, _ = read(nodes)
+    material, told, _ = read_material(nodes)
     assert material.path == "/__displayColor"
     assert {code for code, _ in told} == {"W301"}
 
 
 def test_a_surfacematerial_passes_its_surface_on():
     holder = shader("S", "ND_surfacematerial", "token inputs:surfaceshader.connect = </M/B.outputs:out>")
-    material, told, _ = read(holder + BLUE)
+    material, told, _ = read_material(holder + BLUE)
     np.testing.assert_allclose(value(material, "emissiveColor"), (1, 2, 3))
     assert told == []
 
 
 def test_a_colour_made_a_surface_shines():
     convert = shader("S", "ND_convert_color3_surfaceshader", "color3f inputs:in = (0.1, 0.2, 0.3)")
-    material, told, _ = read(convert)
+    material, told, _ = read_material(convert)
     np.testing.assert_allclose(value(material, "emissiveColor"), (0.1, 0.2, 0.3), rtol=1e-6)
     assert not value(material, "diffuseColor").any()
     assert [code for code, _ in told] == ["W302"]

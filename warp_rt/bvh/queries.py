@@ -93,9 +93,7 @@ def any_hit(
 ) -> Any:
     """Return whether each ray hits anything in [0, t_max): bool, shape [n]. Arguments as for ``closest_hit``."""
     rays = _Rays(accel, query.query_any_hit, origins, directions, t_max, threads)
-    blocked = rays.output(out, "out", wp.bool)
-    _launch(accel, rays, [blocked])
-    return rays.result(out, blocked, wp.bool)
+    return _one_number(accel, rays, out, wp.bool)
 
 
 def count_hits(
@@ -113,9 +111,7 @@ def count_hits(
     triangles that share it, and counts each of them.
     """
     rays = _Rays(accel, query.query_count_hits, origins, directions, t_max, threads)
-    count = rays.output(out, "out", wp.int32)
-    _launch(accel, rays, [count])
-    return rays.result(out, count, wp.int32)
+    return _one_number(accel, rays, out, wp.int32)
 
 
 class _Rays:
@@ -236,6 +232,13 @@ class _Rays:
             size = "n" if self.count is None else str(self.count)
             raise OptionError(f"{name}: a Warp array of {dtype.__name__}, shape [{size}], on {self.device} expected")
         return array
+
+
+def _one_number(accel: Accel, rays: _Rays, out: Any, dtype: Any) -> Any:
+    """Return what a query writes of each ray that is one number."""
+    written = rays.output(out, "out", dtype)
+    _launch(accel, rays, [written])
+    return rays.result(out, written, dtype)
 
 
 def _launch(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:

@@ -127,7 +127,7 @@ class BsdfReader:
         elif presence.value != (1.0,):
             found["opacity"], mode = presence, OpacityMode.PRESENCE
         normal = next((lobe.normal for lobe in lobes if lobe.normal), None)
-        bent = self._inputs.signal(normal, material, (1, 3, 4)) if normal else None
+        bent = self._inputs.signal(normal, material, (1, 3, 4))
         if bent is not None:
             found["normal"] = bent
         without = f", without {', '.join(graph.lost)}" if graph.lost else ""
@@ -239,8 +239,7 @@ class BsdfReader:
     # --- inputs of BSDFs
 
     def _signal(self, shader: UsdShade.Shader, name: str, default: Signal, graph: _Graph) -> Signal:
-        port = shader.GetInput(name)
-        found = self._inputs.signal(port, graph.material, (1, 2, 3)) if port else None
+        found = self._inputs.signal(shader.GetInput(name), graph.material, (1, 2, 3))
         return default if found is None else found
 
     def _constant(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...], graph: _Graph) -> np.ndarray:

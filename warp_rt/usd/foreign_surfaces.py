@@ -89,8 +89,7 @@ class ForeignReader:
         return found
 
     def _signal(self, shader: UsdShade.Shader, name: str, default: Color | float, material: Usd.Prim) -> Signal:
-        port = shader.GetInput(name) if name else None
-        found = self._inputs.signal(port, material, (1, 3, 4)) if port else None
+        found = self._inputs.signal(shader.GetInput(name), material, (1, 3, 4))
         return found or Signal.constant(default if isinstance(default, tuple) else (default,))
 
     def _coverage(self, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Signal | None:

@@ -58,9 +58,9 @@ class InputReader:
         found = self.signal(port, material, (1, 3, 4))
         return self.lower(found, count, port.GetAttr().GetPath()) if found else None
 
-    def signal(self, port: UsdShade.Input, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
-        """Return what an input says before it is made an Input: see ``SignalReader.read``."""
-        return self._signals.read(port, material, sizes)
+    def signal(self, port: UsdShade.Input | None, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:
+        """Return what an input says before it is made an Input: see ``SignalReader.read``; None if it is not there."""
+        return self._signals.read(port, material, sizes) if port else None
 
     def lower(self, found: Signal, count: int, path: Sdf.Path) -> Input | None:
         """Return a signal as an input: see ``InputRows.lower``."""

@@ -58,7 +58,7 @@ class SurfaceReader:
         paths: dict[str, Sdf.Path] = {}
         for name in PREVIEW_SIZES:
             port = shader.GetInput(name)
-            found = self._inputs.signal(port, material, (1, 3, 4)) if port else None
+            found = self._inputs.signal(port, material, (1, 3, 4))
             if found is not None:
                 inputs[name], paths[name] = found, port.GetAttr().GetPath()
         note_unknown_inputs(shader, "UsdPreviewSurface", _NAMES, self._report)
@@ -115,8 +115,7 @@ class SurfaceReader:
         foreground, background = found
         if foreground is None or background is None:
             return foreground or background
-        port = shader.GetInput("mix")
-        share = self._inputs.signal(port, material, (1,)) if port else None
+        share = self._inputs.signal(shader.GetInput("mix"), material, (1,))
         result, lost = mixed(foreground, background, share or Signal.constant((0.0,)))
         without = f"; of {', '.join(lost)} the background's" if lost else ""
         message = f"the surface {MIXTURE!r} is approximated by a UsdPreviewSurface of mixed inputs{without}"
@@ -126,7 +125,7 @@ class SurfaceReader:
     def _shining(self, shader: UsdShade.Shader, material: Usd.Prim) -> PreviewSignals:
         """Return a colour that is made a surface: one that sends it out, and reflects nothing."""
         port = shader.GetInput("in")
-        found = self._inputs.signal(port, material, (1, 2, 3, 4)) if port else None
+        found = self._inputs.signal(port, material, (1, 2, 3, 4))
         inputs = {key: Signal.constant(value) for key, value in _BLACK.items()}
         self._report.warn(
             APPROXIMATED_SURFACE,
