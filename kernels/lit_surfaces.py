@@ -10,9 +10,9 @@ import warp as wp
 from .constants import DIRECTION_ROW, GROUP
 from .group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW
 from .light import KIND_DISTANT, KIND_POINT, LightSample
-from .material import Shading
 from .native import spell_out
 from .number_rows import NUMBERS, set_row
+from .response import Shading
 from .structs import LightData
 from .tile_structs import LitSurfaces
 

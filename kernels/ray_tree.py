@@ -18,7 +18,7 @@ from .emission import light_met, radiance_of_seen
 from .environment import environment
 from .features import Features
 from .line_hit import surface_on_line
-from .material import NO_LEAK, Shading, eval_material, mirror_normal
+from .material import NO_LEAK, eval_material
 from .observer import Observer, observed
 from .per_type import per_type
 from .ray_counts import (
@@ -32,8 +32,10 @@ from .ray_counts import (
     count_refraction,
 )
 from .ray_differential import track_bounce, track_eye, track_hit
+from .response import Shading
 from .sampling import branch_key, pixel_key
 from .shading import local_illumination
+from .shading_normal import mirror_normal
 from .shadow_queue import AtOnce, Shadows
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface, spawn_origin

@@ -11,12 +11,13 @@ Reference: Veach (1997), Robust Monte Carlo Methods for Light Transport Simulati
 
 import warp as wp
 
+from .brdf import phong
 from .constants import GLOSS_SHARE, IMAGE_SHARE, SHADOW_END
 from .emission import is_mirrored, light_emission
 from .environment import dome_radiance
 from .light import KIND_MESH
 from .light_direction import LightDirection
-from .material import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, phong, unmirrored_scales
+from .response import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, unmirrored_scales
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import meet_shaped, sample_shaped

@@ -23,15 +23,16 @@ from .lit_surfaces import (
     light_surfaces,
     set_arriving,
 )
-from .material import MODEL_PREVIEW, MODEL_WHITTED, Shading, eval_response, facing, unmirrored_scales
 from .number_rows import row_int, row_vector
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_counts import count_shadow
 from .ray_set import count_rays, drop_first, first_ray
+from .response import MODEL_PREVIEW, MODEL_WHITTED, Shading, eval_response, unmirrored_scales
 from .sample_emitter import Emitter, dome_at, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
 from .sampling import branch_key, sequence_point, shuffle_index
+from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_local, begin_sum, cast_shadow, settle
 from .structs import DomeData, FrameData, LightData, SceneData, ShadowRay
 from .surface import Surface, is_at_rim

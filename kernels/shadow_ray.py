@@ -9,8 +9,9 @@ from .bvh_traverse import any_hit_from, closest_hit_from
 from .codes import CASTS_SHADOW, SHADOW_AUTO, SHADOW_OPAQUE
 from .constants import SHADOW_LIMIT
 from .features import Features, PlainScene
-from .material import MODEL_WHITTED, NO_LEAK, eval_material
+from .material import NO_LEAK, eval_material
 from .observer import Observer, Unobserved, observed
+from .response import MODEL_WHITTED
 from .structs import SceneData, ShadowData
 from .surface import make_surface, spawn_origin
 from .tree_hooks import tell_blocked, tell_crossing

@@ -7,8 +7,8 @@ import warp as wp
 from .bvh_structs import AccelData, Hit, Stack
 from .bvh_traverse import closest_hit_from
 from .light import LightSample
-from .material import Shading, eval_response
 from .observer import CostCounter, Observer, TreeRecorder, observed
+from .response import Shading, eval_response
 from .sample_emitter import Emitter, EmitterSample, emitter_response
 from .structs import RayTask, SceneData
 from .surface import Surface, element_of, make_surface

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warp_rt.kernels.brdf import phong
 from warp_rt.kernels.constants import DIRECTION_ROW, GROUP, GROUP_FLOATS, LIT_FLOATS, SURFACE_FLOATS
 from warp_rt.kernels.group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW
 from warp_rt.kernels.light import KIND_DISTANT, KIND_POINT, KIND_SPHERE
@@ -21,8 +22,8 @@ from warp_rt.kernels.lit_surfaces import (
     light_surfaces,
     set_arriving,
 )
-from warp_rt.kernels.material import MODEL_WHITTED, Shading, phong
 from warp_rt.kernels.number_rows import row_vector
+from warp_rt.kernels.response import MODEL_WHITTED, Shading
 from warp_rt.kernels.structs import LightData, SceneData
 from warp_rt.kernels.surface import Surface, spawn_origin
 from warp_rt.kernels.tile_structs import LitSurfaces

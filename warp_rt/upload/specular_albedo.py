@@ -29,7 +29,7 @@ def specular_albedo() -> np.ndarray:
 
 
 def integrate(roughness: np.ndarray, cosine: np.ndarray, count: int) -> np.ndarray:
-    """Return the directional albedo of ``kernels.material.ggx_specular``, for N.V above 0: shape [n, 2].
+    """Return the directional albedo of ``kernels.brdf.ggx_specular``, for N.V above 0: shape [n, 2].
 
     Facet normals are taken as the viewer sees them, at the middles of count^2 equal parts; each then counts by
     Fresnel's term and by what masks the way out.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.kernels.material import ggx_specular, mirror_share, phong, preview_f0
+from warp_rt.kernels.brdf import ggx_specular, phong
 from warp_rt.warp_setup import init_warp
 
 init_warp()
@@ -67,26 +67,3 @@ def test_ggx_never_returns_more_light_than_comes(alpha: float) -> None:
         got = ggx_specular(one, one, alpha, wp.vec3(0.0, 0.0, 1.0), wp.vec3(*wo), wp.vec3(*wi[i]))[0]
         d = alpha**2 / (np.pi * (h[i, 2] ** 2 * (alpha**2 - 1) + 1) ** 2)
         assert got == pytest.approx(d * g[i] / (4 * wo[2] * wi[i, 2]), rel=1e-3)
-
-
-def test_f0_of_both_workflows() -> None:
-    color, specular = wp.vec3(0.8, 0.4, 0.2), wp.vec3(0.1, 0.2, 0.3)
-    np.testing.assert_allclose(preview_f0(color, specular, 0.0, 1.5, 0), [0.04] * 3, rtol=1e-6)
-    np.testing.assert_allclose(preview_f0(color, specular, 1.0, 1.5, 0), [0.8, 0.4, 0.2], rtol=1e-6)
-    np.testing.assert_allclose(preview_f0(color, specular, 1.0, 1.5, 1), [0.1, 0.2, 0.3], rtol=1e-6)
-    # Half metal: mix(R^2 specColor, specColor, metallic) with specColor = mix(1, diffuse, metallic).
-    spec = 0.5 + 0.5 * np.array([0.8, 0.4, 0.2])
-    np.testing.assert_allclose(preview_f0(color, specular, 0.5, 1.5, 0), 0.5 * 0.04 * spec + 0.5 * spec, rtol=1e-6)
-
-
-def test_an_index_that_is_none_reflects_no_more_than_comes() -> None:
-    """A texture may hold -1, where ((1 - n) / (1 + n))^2 has its pole."""
-    color = wp.vec3(0.8, 0.4, 0.2)
-    for ior in (-1.0, -0.5, 0.0):
-        np.testing.assert_allclose(preview_f0(color, color, 0.0, ior, 0), [1.0] * 3, atol=0.01)
-        assert all(value <= 1.0 for value in preview_f0(color, color, 0.0, ior, 0))
-
-
-def test_mirror_share_fades_between_its_bounds() -> None:
-    assert [mirror_share(r) for r in (0.0, 0.1, 0.4, 1.0)] == [1.0, 1.0, 0.0, 0.0]
-    assert mirror_share(0.25) == pytest.approx(0.5)

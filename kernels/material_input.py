@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The inputs of a material at a surface point: constants, primvars, textures."""
+
+import warp as wp
+
+from .codes import INPUT_COUNT
+from .features import Features, PlainScene
+from .per_type import per_type
+from .ray_differential import coordinate_differential
+from .structs import SceneData
+from .surface import Surface, eval_primvar
+from .texture_node import eval_texture
+
+
+@wp.func
+def pick_channel(value: wp.vec4, channel: int) -> wp.vec4:
+    """Return one channel of a value four times; the value itself for -1."""
+    if channel >= 0:
+        c = value[channel]
+        return wp.vec4(c, c, c, c)
+    return value
+
+
+# Out of line, like the next one: constants, by far the most inputs, are then read without it.
+@wp.func(inline=False)
+def eval_primvar_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int) -> wp.vec4:
+    """Return an input that is a primvar, at a surface point; ``row`` is that of ``SceneData.inputs``."""
+    data = scene.inputs[row]
+    value = eval_primvar(scene, surface, data.primvar, scene.input_values[row])
+    return pick_channel(wp.cw_mul(value, data.scale) + data.bias, data.channel)
+
+
+@wp.func(inline=False)
+def eval_varying_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, is_averaged: bool) -> wp.vec4:
+    """Return an input that is a texture or a primvar, at a surface point; arguments as for the functions around."""
+    data = scene.inputs[row]
+    if data.texture < 0:
+        return eval_primvar_input(scene, surface, row)
+    texture = scene.textures[data.texture]
+    fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
+    st = eval_primvar(scene, surface, texture.primvar, fallback)
+    across = wp.vec2(0.0, 0.0)
+    down = wp.vec2(0.0, 0.0)
+    if scene.is_filtered != 0 and is_averaged:
+        across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
+        down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
+    return pick_channel(eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down), data.channel)
+
+
+@per_type
+def eval_input(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    varying: int,
+    index: int,
+    is_averaged: bool,
+    features: Features,
+) -> wp.vec4:
+    """Return one input of the surface's material.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        varying: ``MaterialData.varying``.
+        index: Of the input.
+        is_averaged: Whether a texture gives its mean over the ray's footprint.
+        features: What the kernel can render.
+    """
+    row = surface.material * INPUT_COUNT + index
+    if varying & (1 << index) != 0:
+        return eval_varying_input(scene, surface, row, is_averaged)
+    return scene.input_values[row]
+
+
+@wp.func
+def eval_input(
+    scene: wp.ref[SceneData],
+    surface: wp.ref[Surface],
+    varying: int,
+    index: int,
+    is_averaged: bool,
+    features: wp.ref[PlainScene],
+) -> wp.vec4:
+    """Return it: no texture."""
+    row = surface.material * INPUT_COUNT + index
+    if varying & (1 << index) != 0:
+        return eval_primvar_input(scene, surface, row)
+    return scene.input_values[row]
+
+
+@per_type
+def input_vec3(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, features: Features
+) -> wp.vec3:
+    """Return a colour input of the surface's material."""
+    value = eval_input(scene, surface, varying, index, True, features)
+    return wp.vec3(value[0], value[1], value[2])
+
+
+@per_type
+def input_float(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, features: Features
+) -> float:
+    """Return a scalar input of the surface's material."""
+    return eval_input(scene, surface, varying, index, True, features)[0]
