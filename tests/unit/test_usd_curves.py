@@ -130,6 +130,11 @@ def test_what_does_not_fit_is_told() -> None:
     negative = load_prim("Points", "point3f[] points = [(0,0,0), (5,0,0)]\nfloat[] widths = [1, -1]")
     assert codes(negative) == {"W117"}
     assert len(shapes_of(negative).points) == 1
+    wide = load_prim("Points", "point3f[] points = [(0,0,0), (5,0,0)]\nfloat[] widths = [1, 1e30]")
+    assert codes(wide) == {"W117"}
+    assert len(shapes_of(wide).points) == 1
+    for normals in ("double normals = 1", "asset normals = @x@", "bool normals = true"):
+        assert codes(curves(normals)) == {"W108"}
 
 
 def test_a_tube_covers_its_projection() -> None:

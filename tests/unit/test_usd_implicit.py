@@ -140,12 +140,24 @@ def test_a_plane_faces_its_axis(axis: str) -> None:
         ("Cylinder_1", 'string radiusTop = "x"'),
         ("Capsule", 'string height = "x"'),
         ("Capsule_1", "double height = 0\ndouble radiusTop = 1"),
+        ("Capsule_1", "double height = 0\ndouble radiusTop = 0"),
+        ("Capsule_1", "double radiusTop = 1e300"),
+        ("Capsule", "double height = 1e300"),
+        ("Capsule", "double radius = 1e-30"),
     ],
 )
 def test_a_shape_without_extent_is_left_out_with_a_code(kind: str, body: str) -> None:
     shape, report, _ = read(kind, body)
     assert shape is None
     assert [record.code for record in report] == ["W140"]
+
+
+def test_a_size_below_0_is_told() -> None:
+    shape, report, _ = read("Cylinder", "double radius = -2\ndouble height = 3")
+    np.testing.assert_allclose(np.diag(shape.local_from_unit), [2, 2, 1.5, 1])
+    assert [(record.code, record.message) for record in report] == [
+        ("W140", "below 0, the magnitude is taken: radius -2")
+    ]
 
 
 @pytest.mark.parametrize(("kind", "body", "volume"), VOLUMES)

@@ -301,6 +301,9 @@ def test_what_can_be_repaired_is_repaired() -> None:
     weights = load(f"{FLAT}\n{U}{V}double[] pointWeights = [1, 2]")
     assert codes(weights) == ["W141"]
     assert area(mesh_of(weights)) == pytest.approx(6)
+    apart = load(f"{FLAT}\n{U}{V}double[] pointWeights = [1e-300{', 1' * (FLAT.count('(') - 1)}]")
+    assert codes(apart) == ["W141"]
+    assert area(mesh_of(apart)) == pytest.approx(6)
     form = load(f'{FLAT}\n{U}{V}uniform token uForm = "round"')
     assert codes(form) == ["W114"]
 

@@ -19,6 +19,7 @@ def _read(settings="", products="", metadata='renderSettingsPrimPath = "/Render/
     )
     report = Report()
     found = read_settings(stage, report, path)
+    assert not any("\n" in d.message for d in report)
     return found.settings, found.purposes, [d.code for d in report]
 
 
@@ -98,6 +99,7 @@ def test_metadata_that_lead_nowhere_are_named():
         "uniform int2 resolution = (640, 1000000)",
         "uniform float pixelAspectRatio = 0",
         'uniform token aspectRatioConformPolicy = "stretch"',
+        "matrix2d aspectRatioConformPolicy = ((1, 2), (3, 4))",
         "int warp_rt:depth = 0",
         "float warp_rt:depth = 2.7",
         "float warp_rt:lightSamples = 0.5",

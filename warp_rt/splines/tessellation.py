@@ -19,6 +19,9 @@ _SAMPLES = np.linspace(0, 1, 5)
 # Pieces that are curved at all have this many steps, so that small bends of a large surface do not vanish.
 _LEAST_STEPS = 2
 
+# More than anybody can mean, and few enough to count their products.
+_MOST_STEPS = 1 << 40
+
 # Opposite edges, and the points of an edge, coincide within this part of the size of the control net.
 _CLOSED = 1e-6
 
@@ -61,7 +64,7 @@ def count_steps(patch: Patch, tolerance: float) -> tuple[np.ndarray, np.ndarray]
     steps = []
     for name, axis, degree in (("uu", 0, patch.u.degree), ("vv", 1, patch.v.degree)):
         largest = np.maximum(bends[name], bends["uv"]).max(axis=axis)
-        count = np.ceil(np.sqrt(largest / (2 * tolerance))).astype(np.int64)
+        count = np.ceil(np.minimum(np.sqrt(largest / (2 * tolerance)), _MOST_STEPS)).astype(np.int64)
         steps.append(np.maximum(count, _LEAST_STEPS if degree > 1 else 1))
     return steps[0], steps[1]
 

@@ -115,13 +115,17 @@ def doubles(value: Any) -> np.ndarray | None:
 
 
 def point_weights(attribute: Usd.Attribute, count: int, time: Usd.TimeCode, code: str, report: Report) -> np.ndarray:
-    """Return the weights of control points, float64, shape [count]; 1 where they are absent or, told, unusable."""
+    """Return the weights of control points, float64, shape [count]; 1 where they are absent or, told, unusable.
+
+    What lies further apart pulls a spline to single points within float64's rounding, and overflows its derivatives.
+    """
     value = attribute.Get(time)
     weights = doubles(value)
     if weights is None and value is None:
         return np.ones(count)
-    if weights is None or len(weights) != count or not (np.isfinite(weights).all() and (weights > 0).all()):
-        report.warn(code, attribute.GetPrim().GetPath(), f"pointWeights are not {count} numbers above 0: 1 is taken")
+    if weights is None or len(weights) != count or not ((weights >= 1e-12) & (weights <= 1e12)).all():
+        message = f"pointWeights are not {count} numbers from 1e-12 to 1e12: 1 is taken"
+        report.warn(code, attribute.GetPrim().GetPath(), message)
         return np.ones(count)
     return weights
 

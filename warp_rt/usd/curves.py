@@ -65,10 +65,10 @@ def read_shapes(
         return None
     controls = layout.controls.along(values.astype(np.float64))
     radii = _radii(prim, layout, controls.shape[:2], time, report)
-    finite = np.isfinite(controls).all(axis=(1, 2)) & (np.abs(controls) <= MAX_COORDINATE).all(axis=(1, 2))
-    is_usable = finite & np.isfinite(radii).all(axis=1)
+    is_usable = (np.abs(controls) + radii[:, :, None] <= MAX_COORDINATE).all(axis=(1, 2))
     if not is_usable.all():
-        report.warn(BAD_CURVES, path, f"{(~is_usable).sum()} parts left out: points or widths that are not finite")
+        what = f"points or widths are not finite, or beyond {MAX_COORDINATE:g}"
+        report.warn(BAD_CURVES, path, f"{(~is_usable).sum()} parts left out: {what}")
     # What has no width is not seen, and what has no length lies in its neighbours' ends.
     has_length = (np.ptp(controls, axis=1) > 0).any(axis=1) | (controls.shape[1] == 1)
     kept = np.flatnonzero(is_usable & (radii.max(axis=1, initial=0) > 0) & has_length)
@@ -158,7 +158,7 @@ def _has_normals(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     normals = primvar.Get(time) if primvar and primvar.HasAuthoredValue() else None
     if normals is None:
         normals = UsdGeom.PointBased(prim).GetNormalsAttr().Get(time)
-    return normals is not None and len(normals) > 0
+    return normals is not None and np.size(normals) > 0
 
 
 def _radii(

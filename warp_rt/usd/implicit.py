@@ -17,6 +17,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh, ShapeKind, Shapes
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 from warp_rt.usd.mesh import INVALID_VALUE, ORIENTATIONS
+from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.questions import get_type_name
 
 TYPES = ("Sphere", "Cube", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane")
@@ -28,6 +29,8 @@ _AXES = {
     "Y": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "Z": np.eye(3),
 }
+
+_NOTHING: tuple[tuple[object, ...], tuple[float, float, float]] = (), (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -43,28 +46,30 @@ class Shape:
 def read_shape(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> Shape | None:
     """Return the shape of a prim whose type is one of ``TYPES``; None, with a diagnostic, if it has no extent."""
     kind = get_type_name(prim)
-    # A negative size has no meaning of its own; its magnitude keeps the shape from being turned inside out.
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
     values = {name: attributes.value(name) for name in _SIZES[kind]}
-    sizes = {name: _magnitude(value) for name, value in values.items()}
+    signed = {name: _size(value) for name, value in values.items()}
+    # A negative size has no meaning of its own; its magnitude keeps the shape from being turned inside out.
+    sizes = {name: abs(size) for name, size in signed.items()}
     has_sizes = all(math.isfinite(size) for size in sizes.values())
     axis = attributes.token("axis", "Z", tuple(_AXES))
     is_left_handed = attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded"
-    key, scale = _unit_shape(kind, axis, sizes) if has_sizes else ((), (0.0, 0.0, 0.0))
-    is_flat_capsule = kind == "Capsule_1" and not sizes["height"] and len({*sizes.values(), 0.0}) > 2
-    if not min(scale) > 0 or is_flat_capsule:
+    key, scale = _unit_shape(kind, axis, sizes) if has_sizes else _NOTHING
+    if not min(scale) > 0:
         report.warn(
             BAD_SIZE, prim.GetPath(), f"{kind} left out: {', '.join(f'{n} {shown(v)}' for n, v in values.items())}"
         )
         return None
+    if negative := [f"{name} {size:g}" for name, size in signed.items() if size < 0]:
+        report.warn(BAD_SIZE, prim.GetPath(), f"below 0, the magnitude is taken: {', '.join(negative)}")
     matrix = np.eye(4)
     matrix[:3, :3] = _AXES[axis] * np.array(scale)
     return Shape((is_left_handed, *key), matrix)
 
 
-def _magnitude(value: object) -> float:
+def _size(value: object) -> float:
     found = numbers(value)
-    return abs(found[0]) if found is not None and len(found) == 1 else math.nan
+    return found[0] if found is not None and len(found) == 1 else math.nan
 
 
 def make_shape(key: tuple[object, ...]) -> Mesh | Shapes:
@@ -136,9 +141,13 @@ def _unit_shape(kind: str, axis: str, sizes: dict[str, float]) -> tuple[tuple[ob
     top = 0.0 if kind == "Cone" else sizes.get("radiusTop", bottom)
     radius = max(bottom, top)
     if not radius > 0:
-        return ("Capsule", 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        return _NOTHING
     if kind in ("Sphere", "Capsule", "Capsule_1"):
         half_height = sizes.get("height", 0.0) / 2 / radius
+        # Circles at one height are joined by no side; of other extremes the unit shape has no numbers.
+        is_flat = abs(bottom - top) / radius > 2 * MAX_COORDINATE * half_height
+        if is_flat or half_height > MAX_COORDINATE:
+            return _NOTHING
         return ("Capsule", bottom / radius, top / radius, half_height), (radius, radius, radius)
     return ("Cylinder", bottom / radius, top / radius, 1.0), (radius, radius, sizes["height"] / 2)
 

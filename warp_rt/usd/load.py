@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from pxr import Tf, Usd
 
-from warp_rt.errors import SceneError
+from warp_rt.errors import LimitError, SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Scene, local_boxes
 from warp_rt.scene.instance_transforms import choose
@@ -198,14 +198,16 @@ def load_stage(
 
 @contextmanager
 def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[None]:
-    """Refuse a stage whose names or tokens are no text: Python cannot be given them."""
+    """Name the stage that is refused: beyond a limit, or its names or tokens no text, which Python cannot be given."""
+    if isinstance(path_or_stage, Usd.Stage):
+        name = path_or_stage.GetRootLayer().identifier
+    else:
+        name = os.fspath(path_or_stage)
     try:
         yield
+    except LimitError as error:
+        raise LimitError(f"{name}: {error}") from error
     except UnicodeDecodeError as error:
-        if isinstance(path_or_stage, Usd.Stage):
-            name = path_or_stage.GetRootLayer().identifier
-        else:
-            name = os.fspath(path_or_stage)
         raise SceneError(f"{name}: the file is damaged: it holds text that is not UTF-8") from error
 
 
@@ -246,7 +248,7 @@ def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
             is_good[rows] = is_regular(matrices) & (extent <= MAX_COORDINATE)
     bad = gprims.prim[group.gprim[~is_good]]
     for prim, count in zip(*np.unique(bad, return_counts=True), strict=True):
-        message = f"{count} instances left out: their transform is singular or too large"
+        message = f"{count} instances left out: singular, or beyond {MAX_COORDINATE:g} with their transform"
         report.warn(BAD_TRANSFORM, gprims.prims[prim], message)
     return np.flatnonzero(is_good)
 

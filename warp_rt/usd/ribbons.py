@@ -23,6 +23,9 @@ TOLERANCE = 1e-3
 # A cubic segment has so many steps at least, so that one much smaller than its prim still bends.
 _LEAST_STEPS = 4
 
+# More than anybody can mean, and few enough to count them.
+_MOST_STEPS = 1 << 40
+
 # A corner between segments is as wide as they are while its miter is no longer than this, in widths.
 _MITER_LIMIT = 4.0
 
@@ -115,7 +118,7 @@ def _count_steps(controls: np.ndarray, radii: np.ndarray, normals: Primvar, tole
         edge = (center + sign * radius[:, None] * side).reshape(count, len(_SAMPLES), 3)
         bend = np.diff(edge, n=2, axis=1) / (_SAMPLES[1] - _SAMPLES[0]) ** 2
         largest = np.maximum(largest, np.linalg.norm(bend, axis=2).max(axis=1))
-    steps = np.ceil(np.sqrt(largest / (8 * tolerance))).astype(np.int64)
+    steps = np.ceil(np.minimum(np.sqrt(largest / (8 * tolerance)), _MOST_STEPS)).astype(np.int64)
     return np.maximum(steps, _LEAST_STEPS if controls.shape[1] == 4 else 1)
 
 

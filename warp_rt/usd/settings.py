@@ -109,7 +109,7 @@ def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
         if not product:
             report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct")
         elif str(kind) != "raster":
-            report.warn(IGNORED_PRODUCT, path, f"the product type {kind!r} is not supported; ignored")
+            report.warn(IGNORED_PRODUCT, path, f"the product type {shown(kind)} is not supported; ignored")
         else:
             found.append(product.GetPrim())
     return found
@@ -232,7 +232,7 @@ class _Reader:
         policy = self._value("aspectRatioConformPolicy")
         if policy is None or policy in _POLICIES:
             return policy or _POLICIES[0]
-        self._invalid("aspectRatioConformPolicy", f"{policy!r} is unknown")
+        self._invalid("aspectRatioConformPolicy", f"{shown(policy)} is unknown")
         return _POLICIES[0]
 
     def camera(self) -> str | None:

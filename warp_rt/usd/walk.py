@@ -208,7 +208,7 @@ class StageWalk:
             if has_heirs and "primvars:normals" in traits.authored.names:
                 report_inherited_normals(prim, self._report)
         if traits.type.name == "PointInstancer":
-            if self._is_shown(here):
+            if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
                 self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
         if traits.type.is_boundable and self._is_shown(here):
