@@ -199,10 +199,8 @@ def load_stage(
 @contextmanager
 def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[None]:
     """Name the stage that is refused: beyond a limit, or its names or tokens no text, which Python cannot be given."""
-    if isinstance(path_or_stage, Usd.Stage):
-        name = path_or_stage.GetRootLayer().identifier
-    else:
-        name = os.fspath(path_or_stage)
+    stage = path_or_stage if isinstance(path_or_stage, Usd.Stage) else None
+    name = stage.GetRootLayer().identifier if stage else os.fspath(path_or_stage)
     try:
         yield
     except LimitError as error:
