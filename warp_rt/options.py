@@ -84,8 +84,9 @@ class RenderOptions:
     """One of ``INTERSECTORS``."""
     threads: int | None = None
     """CPU threads; default: one a core."""
-    tile_size: int = 32
-    """Side of the square tiles that threads work on [pixel]; never changes the image."""
+    tile_size: int | None = None
+    """Side of the square tiles that threads work on [pixel]; default: 64, less where that is few tiles for the threads.
+    Never changes the image."""
     time_limit: float | None = None
     """Wall-clock seconds after which rendering ends with a LimitError."""
 
@@ -93,7 +94,7 @@ class RenderOptions:
         for name in ("aovs", "ambient", "background", "crop"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _as_tuple(name, getattr(self, name)))
-        for name in ("spp", "seed", "tile_size"):
+        for name in ("spp", "seed"):
             if getattr(self, name) is None:
                 raise OptionError(f"{name}: a whole number expected, got None")
         _whole_number("width", self.width, 1, MAX_SIZE)

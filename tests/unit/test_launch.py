@@ -18,6 +18,7 @@ from warp_rt.device.launch import (
     StopFlag,
     bands_of,
     run_tiles,
+    tile_side,
     tiles_of,
 )
 from warp_rt.errors import LimitError
@@ -37,6 +38,15 @@ def test_tiles_cover_every_pixel_once(width: int, height: int, side: int) -> Non
     for x, y, w, h in tiles_of(width, height, side):
         covered[y : y + h, x : x + w] += 1
     assert (covered == 1).all()
+
+
+@pytest.mark.parametrize("threads", [1, 2, 16, 128])
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (160, 90), (1024, 768), (8192, 8192), (70000, 2)])
+def test_tiles_are_as_large_as_leaves_enough_for_all_threads(width: int, height: int, threads: int) -> None:
+    side = tile_side(width, height, threads)
+    assert side in (16, 32, 64)
+    assert side == 16 or len(tiles_of(width, height, side)) >= 16 * threads
+    assert side == 64 or len(tiles_of(width, height, 2 * side)) < 16 * threads
 
 
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (1920, 1080), (70000, 2)])

@@ -25,7 +25,6 @@ from warp_rt.options import PURPOSES, RenderOptions
         ({"height": True}, "height: a whole number expected, got True"),
         ({"spp": None}, "spp: a whole number expected, got None"),
         ({"seed": None}, "seed: a whole number expected, got None"),
-        ({"tile_size": None}, "tile_size: a whole number expected, got None"),
         ({"depth": 2.5}, "depth: a whole number expected, got 2.5"),
         ({"threshold": "0"}, "threshold: a number expected, got '0'"),
         ({"time_limit": "1"}, "time_limit: a number expected, got '1'"),

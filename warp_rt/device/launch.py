@@ -24,6 +24,24 @@ CUDA_SCRATCH_BYTES = 1 << 30
 """Of the scratch memory of one launch on CUDA at most, however deep its ray trees are."""
 
 
+_TILE_SIDES = (64, 32, 16)  # tiles of 32 pixels take 3 to 7 % longer than of 64, of 16 another 8, of 128 as long
+_TILES_A_THREAD = 16  # or more, so that threads end together
+
+
+def tile_side(width: int, height: int, threads: int) -> int:
+    """Return the side of tiles [pixel]: the largest that leaves every thread enough of them, else the smallest.
+
+    Args:
+        width: Of the picture [pixel].
+        height: Likewise.
+        threads: That take tiles.
+    """
+    for side in _TILE_SIDES:
+        if -(-width // side) * -(-height // side) >= _TILES_A_THREAD * threads:
+            return side
+    return _TILE_SIDES[-1]
+
+
 def tiles_of(width: int, height: int, side: int) -> list[Tile]:
     """Return the tiles of a picture, row by row; those at the right and bottom edges are cut off."""
     return [

@@ -11,7 +11,7 @@ import warp as wp
 
 from warp_rt.bvh.accel import Accel
 from warp_rt.device.arrays import array_of_one
-from warp_rt.device.launch import StopFlag, Tile, bands_of, run_bands, run_tiles, tiles_of
+from warp_rt.device.launch import StopFlag, Tile, bands_of, run_bands, run_tiles, tile_side, tiles_of
 from warp_rt.kernels.structs import FilmData
 from warp_rt.options import DEFAULT_DEPTH
 from warp_rt.rendering.exposure import Exposure
@@ -48,7 +48,7 @@ def expose_film(
     launches = _Launches(kernel, [*terms, array_of_one(film.buffers.data, FilmData, accel.device)], accel, depth)
     size = film.buffers.area[2:]
     if accel.device == "cpu":
-        tiles = tiles_of(*size, film.options.tile_size)
+        tiles = tiles_of(*size, film.options.tile_size or tile_side(*size, threads))
         run_tiles(
             launches.launch,
             tiles,
