@@ -47,6 +47,8 @@ def patch(body: str) -> str:
 
 
 SPHERE_ST = 'texCoord2f[] primvars:st = [(0, 0)] (interpolation = "constant")'
+VARNAME_GLOW = 'string inputs:varname = "glow"'
+QUAD_GLOW = 'color3f[] primvars:glow = [(0, 0, 0), (1, 1, 1), (1, 1, 1), (0, 0, 0)] (interpolation = "vertex")'
 
 
 def bound(surface: str, nodes: str = "", material: str = "") -> str:
@@ -270,12 +272,12 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/l.inputs:intensity"},
     ),
     "N918": (
-        textured(
-            ST + "asset inputs:file = @DIR/good.png@\nfloat4 inputs:bias = (1, 1, 1, 1)",
-            "color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>",
+        bound(
+            shader("UsdPreviewSurface", "color3f inputs:emissiveColor.connect = </M/G.outputs:result>"),
+            f'def Shader "G" {{\n{shader("UsdPrimvarReader_float3", VARNAME_GLOW)}\nfloat3 outputs:result\n}}',
         )
         .replace('Sphere "s" (prepend apiSchemas = [', 'Mesh "s" (prepend apiSchemas = ["MeshLightAPI", ')
-        .replace(SPHERE_ST, f"{QUAD}\n{SPHERE_ST}"),
+        .replace(SPHERE_ST, f"{QUAD}\n{QUAD_GLOW}"),
         {"/s"},
     ),
     "N919": (light("DistantLight", "float inputs:shaping:cone:angle = 20", '"ShapingAPI"'), {"/l"}),
@@ -388,7 +390,7 @@ def test_what_usd_cannot_read_is_left_out(folder: Path, monkeypatch: pytest.Monk
     def fail(*_: object) -> None:
         Tf.RaiseRuntimeError("damaged")
 
-    monkeypatch.setattr("warp_rt.usd.load.read_light", fail)
+    monkeypatch.setattr("warp_rt.usd.load.read_lights", fail)
     monkeypatch.setattr("warp_rt.usd.load.read_camera", fail)
     monkeypatch.setattr("warp_rt.usd.implicit.read_shape", fail)
     scene = load(light("SphereLight") + 'def Camera "c" {}\ndef Sphere "s" {}', folder)

@@ -13,7 +13,7 @@ from warp_rt.scene import Dome, Instances, LightKind, Shadow
 from warp_rt.upload.device_lights import light_record
 from warp_rt.upload.light_tables import LightTables
 from warp_rt.usd.ies import ProfileCache
-from warp_rt.usd.lights import is_light, read_light
+from warp_rt.usd.lights import is_light, read_lights
 from warp_rt.usd.mesh_lights import MeshLightReader
 
 TIME = Usd.TimeCode.Default()
@@ -52,10 +52,10 @@ def _read(body, matrix=None, images=None):
     stage = _stage(body)
     report = Report()
     matrix = np.eye(4) if matrix is None else matrix
-    light = read_light(
+    lights = read_lights(
         stage.GetPrimAtPath("/L"), matrix, TIME, report, images or _NoImages(), ProfileCache(report), NO_MESHES
     )
-    return light, [diagnostic.code for diagnostic in report]
+    return next(iter(lights), None), [diagnostic.code for diagnostic in report]
 
 
 def _light(kind, inputs="", matrix=None):
@@ -334,7 +334,7 @@ def test_a_rects_texture_is_loaded():
 def _dome(kind, body="", header=""):
     stage = _stage(f'({header})\ndef {kind} "L" {{\n{body}\n}}' if header else f'def {kind} "L" {{\n{body}\n}}')
     report, images = Report(), _NoImages()
-    dome = read_light(stage.GetPrimAtPath("/L"), np.eye(4), TIME, report, images, ProfileCache(report), NO_MESHES)
+    (dome,) = read_lights(stage.GetPrimAtPath("/L"), np.eye(4), TIME, report, images, ProfileCache(report), NO_MESHES)
     return dome, [d.code for d in report], images.loaded
 
 
@@ -408,7 +408,7 @@ def test_geometry_that_is_not_drawn_gives_no_light(kind, api):
     prim = stage.GetPrimAtPath("/L")
     assert is_light(prim)
     report = Report()
-    assert read_light(prim, np.eye(4), TIME, report, _NoImages(), ProfileCache(report), NO_MESHES) is None
+    assert read_lights(prim, np.eye(4), TIME, report, _NoImages(), ProfileCache(report), NO_MESHES) == ()
     (found,) = report
     assert (found.code, found.message) == ("W401", f"a {kind} as a light is not drawn; it gives no light")
 
@@ -515,7 +515,7 @@ def test_sampled_values_are_read_at_their_time():
     light = UsdLux.SphereLight.Define(stage, "/L")
     light.CreateIntensityAttr().Set(1.0, 0.0)
     light.CreateIntensityAttr().Set(3.0, 10.0)
-    read = read_light(
+    (read,) = read_lights(
         light.GetPrim(), np.eye(4), Usd.TimeCode(5), Report(), _NoImages(), ProfileCache(Report()), NO_MESHES
     )
     assert read.radiance == pytest.approx((2, 2, 2))
@@ -527,7 +527,7 @@ def test_dome_that_is_turned_to_the_stages_up_axis_by_its_own_transform():
     light = UsdLux.DomeLight.Define(stage, "/L")
     light.OrientToStageUpAxis()
     matrix = np.array(Gf.Matrix4d(light.ComputeLocalToWorldTransform(TIME))).T
-    dome = read_light(
+    (dome,) = read_lights(
         stage.GetPrimAtPath(Sdf.Path("/L")), matrix, TIME, Report(), _NoImages(), ProfileCache(Report()), NO_MESHES
     )
     np.testing.assert_allclose(dome.world_from_light[:3, 1], [0, 0, 1], atol=1e-12)

@@ -3,6 +3,7 @@
 """MeshLightAPI: which triangles shine, how brightly, and what their material has to do with it."""
 
 import numpy as np
+import PIL.Image
 import pytest
 from pxr import Usd
 
@@ -204,3 +205,145 @@ def test_a_geometry_light_shines_where_its_geometry_is():
     np.testing.assert_allclose(normals / 2, [(0, 0, 6)] * 2, atol=1e-5)  # a mirrored mesh keeps its outside
     assert _material(scene).inputs["emissiveColor"].value[0] == pytest.approx(3 / 12)
     assert not [d for d in scene.diagnostics if d.code.startswith("W")]
+
+
+# --- what materials emit, part by part
+
+FOUR = """
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0),
+        (0, 2, 0), (1, 2, 0), (2, 2, 0)]
+    int[] faceVertexCounts = [4, 4, 4, 4]
+    int[] faceVertexIndices = [0, 1, 4, 3, 1, 2, 5, 4, 3, 4, 7, 6, 4, 5, 8, 7]
+    uniform token subdivisionScheme = "none"
+    float inputs:intensity = 2
+"""
+READER = """
+def Material "Read"
+{
+    token outputs:surface.connect = </Read/surface.outputs:surface>
+    def Shader "surface"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:emissiveColor.connect = </Read/glow.outputs:result>
+        token outputs:surface
+    }
+    def Shader "glow"
+    {
+        uniform token info:id = "UsdPrimvarReader_float3"
+        string inputs:varname = "glow"
+        float3 inputs:fallback = (3, 2, 1)
+        float3 outputs:result
+    }
+}
+"""
+
+
+def _parts(body, material="Read", kind="Mesh", more=""):
+    """Return radiance by the centres of the triangles that have it, and the codes of the diagnostics."""
+    stage = Usd.Stage.CreateInMemory()
+    schemas = 'prepend apiSchemas = ["MeshLightAPI", "MaterialBindingAPI"]'
+    lamp = f'def {kind} "Lamp" ({schemas}) {{{body}\nrel material:binding = </{material}>\n}}'
+    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{GLOWING}{READER}{lamp}\n{more}")
+    scene = load_stage(stage)
+    found = [
+        (light.radiance, {tuple(np.floor(place).astype(int)[:2].tolist()) for place in light.triangles.mean(axis=1)})
+        for light in scene.lights
+    ]
+    return found, [d.code for d in scene.diagnostics if d.code[0] == "W" or d.code == "N918"]
+
+
+def test_faces_that_emit_nothing_give_no_light():
+    """The light's colour is what the material emits, times inputs:color: here nothing but on one subset."""
+    subset = 'def GeomSubset "s" (prepend apiSchemas = ["MaterialBindingAPI"]) {\nuniform token elementType = "face"\n'
+    subset += 'uniform token familyName = "materialBind"\nint[] indices = [0, 1, 2]\nrel material:binding = </Dark>\n}'
+    dark = GLOWING.replace("Glow", "Dark").replace("(0.5, 2, 4)", "(0, 0, 0)")
+    found, codes = _parts(f"{FOUR}\nbool inputs:normalize = 1\n{subset}", "Glow", more=dark)
+    assert found == [(pytest.approx((0.25, 1, 2)), {(1, 1)})]  # normalised by the area of all of it
+    assert codes == []
+
+
+@pytest.mark.parametrize(
+    ("primvar", "expected"),
+    [
+        ("", [((6, 4, 2), {(0, 0), (1, 0), (0, 1), (1, 1)})]),
+        ('color3f[] primvars:glow = [(1, 0, 4)] (interpolation = "constant")', [((2, 0, 8), ...)]),
+        (
+            'color3f[] primvars:glow = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 0, 0)] (interpolation = "uniform")',
+            [((0, 2, 0), {(0, 1)}), ((2, 0, 0), {(1, 0), (1, 1)})],
+        ),
+    ],
+)
+def test_faces_of_different_colours_are_lights_of_their_own(primvar, expected):
+    found, codes = _parts(f"{FOUR}\n{primvar}")
+    assert [radiance for radiance, _ in found] == [pytest.approx(radiance) for radiance, _ in expected]
+    for (_, faces), (_, wanted) in zip(found, expected, strict=True):
+        assert wanted is ... or faces == wanted
+    assert codes == []
+
+
+def test_what_varies_over_a_face_is_its_mean_over_the_faces_that_shine():
+    values = ", ".join(f"({k}, {k}, 0)" for k in (0, 0, 3, 0, 0, 3, 0, 0, 3))
+    found, codes = _parts(f'{FOUR}\ncolor3f[] primvars:glow = [{values}] (interpolation = "vertex")')
+    assert found == [(pytest.approx((3, 3, 0)), {(1, 0), (1, 1)})]
+    assert codes == ["N918"]
+
+
+@pytest.mark.parametrize(("output", "radiance"), [("rgb", (2, 0, 2)), ("a", (128 / 255,) * 3)])
+def test_a_texture_shines_by_what_the_faces_show_of_it(tmp_path, output, radiance):
+    texels = np.zeros((2, 2, 4), np.uint8)
+    texels[:, 1] = 255, 0, 255, 64
+    PIL.Image.fromarray(texels).save(tmp_path / "half.png")
+    right = ", ".join(f"(0.9, {v})" for v in (0, 0, 0, 0.5, 0.5, 0.5, 1, 1, 1))
+    textured = GLOWING.replace("Glow", "Textured").replace(
+        " = (0.5, 2, 4)", f".connect = </Textured/t.outputs:{output}>"
+    )
+    nodes = f"""    def Shader "t"
+    {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @{tmp_path}/half.png@
+        token inputs:wrapS = "clamp"
+        token inputs:wrapT = "clamp"
+        float2 inputs:st.connect = </Textured/st.outputs:result>
+        float3 outputs:{output}
+    }}
+    def Shader "st"
+    {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "st"
+        float2 outputs:result
+    }}
+}}
+"""
+    place = f'texCoord2f[] primvars:st = [{right}] (interpolation = "vertex")'
+    found, codes = _parts(f"{FOUR}\n{place}", "Textured", more=textured.rstrip()[:-1] + nodes)
+    assert [radiance for radiance, _ in found] == [pytest.approx(radiance)]
+    assert codes == []
+
+
+def test_copies_that_have_their_own_glow_shine_by_it():
+    more = """
+def PointInstancer "Points"
+{
+    point3f[] positions = [(0, 0, 5), (9, 0, 5)]
+    int[] protoIndices = [0, 0]
+    rel prototypes = </Lamp>
+    color3f[] primvars:glow = [(1, 0, 0), (0, 1, 0)] (interpolation = "vertex")
+}
+"""
+    found, codes = _parts(f'{FOUR}\ntoken purpose = "default"', more=more)
+    assert [radiance for radiance, _ in found] == [(6, 4, 2), (2, 0, 0), (0, 2, 0)]
+    assert codes == []
+
+
+@pytest.mark.parametrize(
+    ("primvar", "radiance", "codes"),
+    [
+        ('[(1, 0, 0)] (interpolation = "constant")', (2, 0, 0), []),
+        ('[(1, 0, 0), (0, 1, 0)] (interpolation = "vertex")', (0.4, 1.6, 0), ["N918"]),
+    ],
+)
+def test_points_shine_by_the_mean_over_their_area(primvar, radiance, codes):
+    points = "point3f[] points = [(0, 0, 0), (5, 0, 0)]\nfloat[] widths = [1, 2]\nfloat inputs:intensity = 2"
+    found, told = _parts(f"{points}\ncolor3f[] primvars:glow = {primvar}", kind="Points")
+    assert found[0][0] == pytest.approx(radiance, rel=0.01)  # of triangles that stand out of the balls
+    assert told == codes

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warp_rt.scene import Image, Input, Mesh, Primvar, Texture
-from warp_rt.scene.texture_values import texture_values
+from warp_rt.scene.input_values import input_values
 
 MAX_HEIGHT = 1e12  # the reach of a mesh's coordinates
 
@@ -83,44 +83,6 @@ def _heights(
         rows = np.clip(np.nan_to_num(rows), -MAX_HEIGHT, MAX_HEIGHT)
         heights[chosen] = rows[0] if values.indices is None else rows[values.indices[chosen]]
     return heights
-
-
-def input_values(
-    port: Input,
-    mesh: Mesh,
-    constants: Mapping[str, np.ndarray],
-    textures: Sequence[Texture],
-    images: Sequence[Image],
-) -> Primvar:
-    """Return a material's input over a mesh, by corner as its primvars: float64 values, shape [k, 4].
-
-    Arguments are those of ``displaced``. A primvar of the mesh precedes an inherited one, and that the fallback.
-    """
-    if port.texture >= 0:
-        texture = textures[port.texture]
-        st = _primvar(texture.primvar, mesh, constants, (*texture.uv_fallback, 0.0, 0.0))
-        found = Primvar(texture_values(texture, images, st.values[:, :2]), st.indices)
-    else:
-        given = _primvar(port.primvar, mesh, constants, port.value)
-        found = Primvar(given.values * port.scale + port.bias, given.indices)
-    if port.channel < 0:
-        return found
-    return Primvar(np.repeat(found.values[:, port.channel, None], 4, axis=1), found.indices)
-
-
-def _primvar(
-    name: str, mesh: Mesh, constants: Mapping[str, np.ndarray], fallback: tuple[float, float, float, float]
-) -> Primvar:
-    """Return a primvar padded to four components with zeros."""
-    if name and name in mesh.primvars:
-        values, indices = mesh.primvars[name].values, mesh.primvars[name].indices
-    elif name and name in constants:
-        values, indices = constants[name][None], None
-    else:
-        values, indices = np.array([fallback]), None
-    padded = np.zeros((len(values), 4))
-    padded[:, : values.shape[1]] = values
-    return Primvar(padded, indices)
 
 
 def _places(mesh: Mesh, triangles: np.ndarray, weighted: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ reference implementation.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -84,7 +85,7 @@ def is_light(prim: Usd.Prim) -> bool:
     return prim.HasAPI(UsdLux.LightAPI)
 
 
-def read_light(
+def read_lights(
     prim: Usd.Prim,
     world_from_local: np.ndarray,
     time: Usd.TimeCode,
@@ -92,8 +93,10 @@ def read_light(
     images: Images,
     profiles: ProfileCache,
     meshes: MeshLightReader,
-) -> Light | Dome | None:
-    """Return a light, or None, with a diagnostic, for one that cannot be drawn; None, too, for an invisible one.
+) -> Sequence[Light | Dome]:
+    """Return what a light is: a light or a dome, or a light for each colour that the glow of its geometry has.
+
+    Nothing, with a diagnostic, for one that cannot be drawn; nothing, too, for an invisible one.
 
     Args:
         prim: A prim that :func:`is_light`.
@@ -105,7 +108,7 @@ def read_light(
         meshes: Finds what shines of geometry.
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
-        return None
+        return ()
     kind = get_type_name(prim)
     path = prim.GetPath()
     source = _geometry_of(prim)
@@ -113,30 +116,33 @@ def read_light(
         name = "a light without a type" if not kind else f"a {kind} as a light"
         why = "names no geometry" if kind == _NAMES_GEOMETRY else "is not supported"
         report.warn(UNSUPPORTED_LIGHT, path, f"{name} {why}; it gives no light")
-        return None
+        return ()
     matrix = np.array(world_from_local, float)
     if not np.isfinite(matrix).all() or not _is_invertible(matrix):
         report.warn(INVALID_LIGHT, path, "the transform is singular or not finite; the light is left out")
-        return None
+        return ()
     mesh = None
     if source is not None:
         is_shaped = _has_shaping(prim)
         if source == prim:
-            mesh = meshes.read(prim, time, is_shaped=is_shaped)
+            mesh = meshes.read(prim, matrix, time, is_shaped=is_shaped)
         else:
             mesh = meshes.read_target(source, matrix, is_shaped=is_shaped)
         if mesh is None:
             why = "is not supported" if len(meshes.rows(source)) else "is not drawn"
             message = f"a {get_type_name(source)} as a light {why}; it gives no light"
             report.warn(UNSUPPORTED_LIGHT, path, message)
-            return None
+            return ()
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
     _report_ignored(prim, attributes, report)
     if kind in _DOMES:
-        return _read_dome(prim, kind, matrix, attributes, report, images)
+        dome = _read_dome(prim, kind, matrix, attributes, report, images)
+        return () if dome is None else (dome,)
     light = _read_shape(prim, _KINDS.get(kind, LightKind.MESH), matrix, attributes, report, images, profiles, mesh)
-    if light is None or mesh is None or source is None:
-        return light
+    if light is None:
+        return ()
+    if mesh is None or source is None:
+        return (light,)
     has_two_sides = AttributeReader(source, time, INVALID_VALUE, report).truth("doubleSided", False)
     light = replace(
         light,
@@ -144,11 +150,22 @@ def read_light(
         is_closed=mesh.is_closed,
         drawn_by=meshes.rows(source),
     )
-    if attributes.token(_SYNC_MODE, _TINTS, _SYNC_MODES) == _NO_RESPONSE:
+    mode = attributes.token(_SYNC_MODE, _TINTS, _SYNC_MODES)
+    if mode == _NO_RESPONSE:
         # What is seen of it is the light. Materials emit the same in all directions.
         light = replace(light, glows=not light.is_shaped)
         meshes.show_as_light(source, light.radiance if light.glows else (0.0, 0.0, 0.0))
-    return light
+    if mode != _TINTS or not light.glows:
+        return (light,)
+    if mesh.glow.is_mean:
+        report.warn(MEAN_GLOW, path, "its material does not emit the same everywhere; the mean tints the light there")
+    return [_tinted(light, mesh.triangles[rows], color) for color, rows in mesh.glow.parts()]
+
+
+def _tinted(light: Light, triangles: np.ndarray, color: np.ndarray) -> Light:
+    """Return the light of a part of geometry that emits a colour."""
+    red, green, blue = (float(c) for c in color * light.radiance)
+    return replace(light, triangles=triangles, radiance=(red, green, blue))
 
 
 def _geometry_of(prim: Usd.Prim) -> Usd.Prim | None:
@@ -231,10 +248,6 @@ def _read_shape(
             return None
         divisor = area if is_normalized else 1.0
     radiance = emission / divisor * (mesh.density if mesh else 1.0)
-    if mesh is not None and mesh.glow.any() and attributes.token(_SYNC_MODE, _TINTS) == _TINTS:
-        radiance = radiance * mesh.glow
-        if mesh.has_glow_texture:
-            report.warn(MEAN_GLOW, path, "its material's emission has a texture; its mean tints the light everywhere")
     if not np.isfinite(radiance).all():
         report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
         return None
@@ -270,7 +283,7 @@ def _read_shape(
         image=image,
         is_srgb=is_srgb,
         triangles=mesh.triangles if mesh else None,
-        glows=mesh is not None and bool(mesh.glow.any()),
+        glows=mesh is not None and bool(mesh.glow.colors.any()),
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,
     )

@@ -23,7 +23,7 @@ from warp_rt.usd.gprims import GprimReader, Gprims
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.image_cache import KeptImages
 from warp_rt.usd.image_reach import report_beyond_images
-from warp_rt.usd.lights import read_light
+from warp_rt.usd.lights import read_lights
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh_lights import MeshLightReader
@@ -264,17 +264,17 @@ def _read_lights(
     domes: list[Dome] = []
     for placed in placed_lights:
         try:
-            light = read_light(placed.prim, placed.matrix, time, report, materials, profiles, shining)
+            found = read_lights(placed.prim, placed.matrix, time, report, materials, profiles, shining)
             receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))
         except Tf.ErrorException as error:
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")
             continue
-        if isinstance(light, Dome):
+        for light in found:
             shadow = replace(light.shadow, casters=casters)
-            domes.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))
-        elif light is not None:
-            shadow = replace(light.shadow, casters=casters)
-            lights.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))
+            if isinstance(light, Dome):
+                domes.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))
+            else:
+                lights.append(replace(light, path=placed.path, receivers=receivers, shadow=shadow))
     return lights, domes
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Geometry that shines: its triangles, and how its material's glow tints the light.
+"""Geometry that shines: its triangles, and what its materials emit.
 
 Reference: UsdLux MeshLightAPI, GeometryLight, and LightAPI's ``light:materialSyncMode``.
 """
@@ -15,8 +15,8 @@ from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, Shapes, Texture
-from warp_rt.srgb import linear_from_srgb
 from warp_rt.usd import implicit
+from warp_rt.usd.glow import Glow, glow_of
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.solid_triangles import MOST, SOLIDS, enclosing_triangles, placed_triangles
 
@@ -33,10 +33,8 @@ class ShiningMesh:
     """Whether it bounds a volume."""
     is_solid: bool
     """Whether it is a curved shape, which has no side but its outside."""
-    glow: np.ndarray
-    """Emission of its materials, the mean over its area: float64, shape [3]."""
-    has_glow_texture: bool
-    """Whether a texture is part of that emission: of its image the mean is taken, wherever the mesh shows it."""
+    glow: Glow
+    """What its materials emit, a row a triangle."""
 
 
 class MeshLightReader:
@@ -105,11 +103,14 @@ class MeshLightReader:
         slots = mesh.material_slots if isinstance(mesh, Mesh) else None
         return np.zeros(0, int) if slots is None else slots
 
-    def read(self, prim: Usd.Prim, time: Usd.TimeCode, *, is_shaped: bool) -> ShiningMesh | None:
+    def read(
+        self, prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode, *, is_shaped: bool
+    ) -> ShiningMesh | None:
         """Return what shines of geometry that is a light itself; None where it is not drawn, or cannot shine.
 
         Args:
             prim: The geometry.
+            world_from_local: Of the copy that is asked for, which may have primvars of its own.
             time: When.
             is_shaped: Whether the light is: see :func:`enclosing_triangles`.
         """
@@ -122,7 +123,11 @@ class MeshLightReader:
             if shape is None:
                 return None
             local_from_mesh = shape.local_from_unit
-        return self._shining(int(rows[0]), local_from_mesh, is_shaped)
+        row = rows[0]
+        if self._instances.primvars and len(rows) > 1:
+            places = np.stack([self._instances.world_from_local[row] for row in rows])
+            row = rows[np.abs(places - world_from_local @ local_from_mesh).sum(axis=(1, 2)).argmin()]
+        return self._shining(int(row), local_from_mesh, is_shaped)
 
     def read_target(self, prim: Usd.Prim, world_from_light: np.ndarray, *, is_shaped: bool) -> ShiningMesh | None:
         """Return what shines of geometry that a GeometryLight names, everywhere it is drawn; None if it cannot shine.
@@ -139,7 +144,9 @@ class MeshLightReader:
         found = [part for part in parts if part is not None]
         if not found:
             return None
-        return replace(found[0], triangles=np.concatenate([part.triangles for part in found]))
+        colors = np.concatenate([part.glow.colors for part in found])
+        glow = Glow(colors, any(part.glow.is_mean for part in found))
+        return replace(found[0], triangles=np.concatenate([part.triangles for part in found]), glow=glow)
 
     def _shining(self, row: int, light_from_mesh: np.ndarray, is_shaped: bool) -> ShiningMesh | None:
         """Return what shines of an instance; None of curves, and of more than ``MOST`` points."""
@@ -148,43 +155,18 @@ class MeshLightReader:
             if mesh.kind not in SOLIDS or len(mesh.points) > MOST:
                 return None
             triangles, density = enclosing_triangles(mesh, light_from_mesh, is_shaped=is_shaped)
-            slots = np.zeros(len(triangles), int)
         else:
             triangles = placed_triangles(mesh.points[mesh.triangles].astype(float), light_from_mesh)
             triangles, density = triangles.astype(np.float32), 1.0
-            slots = np.zeros(len(triangles), int) if mesh.material_slots is None else mesh.material_slots
-        area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+        sides = triangles[:, 1:] - triangles[:, :1]
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).astype(float)
         table = self._instances.material_table[self._instances.material_offset[row] :]
-        share = np.bincount(slots, weights=area.astype(float))
-        materials = [self._materials[table[slot]] for slot in range(len(share))]
-        glow = np.array([self._emission(material) for material in materials])
-        has_texture = any(
-            material.model == MaterialModel.PREVIEW and material.inputs["emissiveColor"].texture >= 0
-            for material in materials
-            if "emissiveColor" in material.inputs
-        )
-        mean = share @ glow / max(share.sum(), 1e-300)
-        return ShiningMesh(triangles, density, mesh.is_closed, isinstance(mesh, Shapes), mean, has_texture)
-
-    def _emission(self, material: Material) -> np.ndarray:
-        source = material.inputs.get("emissiveColor")
-        if material.model != MaterialModel.PREVIEW or source is None:
-            return np.zeros(3)
-        return self._mean(source) if source.texture >= 0 else np.array(source.value[:3], float)
-
-    def _mean(self, source: Input) -> np.ndarray:
-        texture = self._textures[source.texture]
-        if texture.image < 0:
-            return np.array(texture.fallback[:3])
-        rows = (texture.image,) if texture.tiles is None else texture.tiles.present
-        colors = np.mean([_mean_color(self._images[row].pixels, texture.is_srgb) for row in rows], axis=0)
-        mean: np.ndarray = colors * texture.scale[:3] + texture.bias[:3]
-        return np.repeat(mean[source.channel], 3) if 0 <= source.channel < 3 else mean
-
-
-def _mean_color(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
-    color = pixels.reshape(-1, 4)[:, :3].astype(float) / (255.0 if pixels.dtype == np.uint8 else 1.0)
-    return np.asarray((linear_from_srgb(color) if is_srgb else color).mean(axis=0))
+        slots = 1 + int(self._slots(row).max(initial=0))
+        materials = [self._materials[table[slot]] for slot in range(slots)]
+        values = {name: rows[row] for name, rows in self._instances.primvars.items()}
+        constants = {name: value for name, value in values.items() if not np.isnan(value).any()}
+        glow = glow_of(mesh, materials, constants, self._textures, self._images, areas)
+        return ShiningMesh(triangles, density, mesh.is_closed, isinstance(mesh, Shapes), glow)
 
 
 def _lamp(radiance: tuple[float, float, float]) -> Material:
