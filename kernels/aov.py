@@ -21,8 +21,10 @@ from .codes import (
     AOV_UV,
 )
 from .observer import CostCounter
+from .primvar import NORMALS_SLOT
 from .structs import FilmData, SceneData
-from .surface import NORMALS_SLOT, Surface, element_of, eval_primvar
+from .surface import Surface, element_of
+from .surface_primvar import eval_primvar
 
 
 @wp.struct

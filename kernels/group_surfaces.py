@@ -15,8 +15,9 @@ from .group_structs import RayGroup
 from .line_hit import surface_on_line
 from .native import spell_out
 from .number_rows import NUMBERS, row_int, row_vector, set_row
+from .primvar import NORMALS_SLOT
 from .structs import RayTask, SceneData
-from .surface import NORMALS_SLOT, Surface
+from .surface import Surface
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -12,15 +12,9 @@ import warp as wp
 from .bvh_structs import Hit
 from .constants import TRIANGLES
 from .structs import SceneData
-from .surface import (
-    Surface,
-    Triangle,
-    begin_surface,
-    load_triangle,
-    place_on_shape,
-    place_on_triangle,
-    transform_vector,
-)
+from .surface import Surface, begin_surface, place_on_shape, place_on_triangle
+from .transform import transform_vector
+from .triangle import Triangle, load_triangle
 
 
 @wp.func

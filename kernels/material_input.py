@@ -9,7 +9,8 @@ from .features import Features, PlainScene
 from .per_type import per_type
 from .ray_differential import coordinate_differential
 from .structs import SceneData
-from .surface import Surface, eval_primvar
+from .surface import Surface
+from .surface_primvar import eval_primvar
 from .texture_node import eval_texture
 
 

@@ -14,21 +14,13 @@ from .constants import CUBIC_TUBE, FRUSTUM, GRAZING, PARAMETRIC, SPHERE, TRIANGL
 from .features import Features, PlainScene
 from .intersect_tube import bezier_blossom, bezier_derivative
 from .per_type import per_type
-from .shape_surface import shape_axis, xyz
+from .primvar import NORMALS_SLOT, primvar_corner, primvar_row
+from .shape_surface import first_control, shape_axis, xyz
 from .structs import FrameData, RayDifferential, RayTask, SceneData
-from .surface import (
-    NORMALS_SLOT,
-    Surface,
-    eval_normals,
-    first_control,
-    max_abs,
-    primvar_corner,
-    primvar_row,
-    transform_normal,
-    transform_point,
-    transform_vector,
-    triangle_corners,
-)
+from .surface import Surface, eval_normals
+from .transform import transform_normal, transform_point, transform_vector
+from .triangle import triangle_corners
+from .vector import max_magnitude
 
 
 # Out of line, so that scenes without textures do not carry it in their inner loop.
@@ -91,7 +83,7 @@ def barycentric_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface],
     p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
     e1 = p1 - p0
     e2 = p2 - p0
-    size = wp.max(wp.max(max_abs(e1), max_abs(e2)), 1.0e-30)
+    size = wp.max(wp.max(max_magnitude(e1), max_magnitude(e2)), 1.0e-30)
     e1 = e1 / size
     e2 = e2 / size
     local = transform_vector(scene.instances[surface.instance].local_from_world, dp) / size

@@ -37,8 +37,9 @@ from .sampling import branch_key, pixel_key
 from .shading import local_illumination
 from .shading_normal import mirror_normal
 from .shadow_queue import AtOnce, Shadows
+from .spawn import spawn_origin
 from .structs import FilmData, FrameData, RayTask, SceneData
-from .surface import Surface, spawn_origin
+from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_background, tell_child, tell_eye, tell_local, tell_push, tell_ray, tell_surface
 from .tree_record import (

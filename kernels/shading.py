@@ -34,8 +34,9 @@ from .sample_light import has_extent
 from .sampling import branch_key, sequence_point, shuffle_index
 from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_local, begin_sum, cast_shadow, settle
+from .spawn import is_at_rim
 from .structs import DomeData, FrameData, LightData, SceneData, ShadowRay
-from .surface import Surface, is_at_rim
+from .surface import Surface
 from .tile_structs import ShadowQueue
 from .tree_hooks import (
     tell_dark_light,

@@ -9,9 +9,11 @@ from .constants import HORIZON, JUST_SEEN
 from .features import Features, PlainScene
 from .material_input import input_vec3
 from .per_type import per_type
+from .primvar import NORMALS_SLOT
 from .response import Shading
 from .structs import MaterialData, SceneData
-from .surface import NORMALS_SLOT, Surface, surface_tangents
+from .surface import Surface
+from .surface_primvar import surface_tangents
 from .vector import face_forward
 
 _NORMAL = wp.constant(PREVIEW_INPUTS.index("normal"))

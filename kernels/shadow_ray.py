@@ -12,8 +12,9 @@ from .features import Features, PlainScene
 from .material import NO_LEAK, eval_material
 from .observer import Observer, Unobserved, observed
 from .response import MODEL_WHITTED
+from .spawn import spawn_origin
 from .structs import SceneData, ShadowData
-from .surface import make_surface, spawn_origin
+from .surface import make_surface
 from .tree_hooks import tell_blocked, tell_crossing
 from .vector import max_component
 from .visibility import holds, is_present

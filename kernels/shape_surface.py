@@ -8,6 +8,7 @@ from .constants import CUBIC_TUBE, FRUSTUM, SPHERE
 from .intersect_frustum import FIRST_CAP, LAST_CAP
 from .intersect_round_cone import round_cone_parameter
 from .intersect_tube import bezier_blossom, tube_parameter
+from .structs import MeshData
 from .vector import perpendicular_frame
 
 
@@ -23,6 +24,17 @@ class ShapePoint:
     """From the first control point, 0, to the last, 1."""
     magnitude: float
     """Bound of what was added up for the position, and is added up when a ray is tested against the shape."""
+
+
+@wp.func
+def first_control(mesh: MeshData, shape: int) -> int:
+    """Return where the control points of a shape begin in ``SceneData.controls``."""
+    count = int(2)
+    if mesh.kind == SPHERE:
+        count = 1
+    if mesh.kind == CUBIC_TUBE:
+        count = 4
+    return mesh.point_offset + shape * count
 
 
 @wp.func

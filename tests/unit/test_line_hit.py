@@ -11,7 +11,8 @@ from warp_rt import Scene, build_accel
 from warp_rt.kernels.bvh_structs import Hit
 from warp_rt.kernels.line_hit import correct_hit
 from warp_rt.kernels.structs import SceneData
-from warp_rt.kernels.surface import load_triangle, transform_vector
+from warp_rt.kernels.transform import transform_vector
+from warp_rt.kernels.triangle import load_triangle
 from warp_rt.upload.device_scene import upload_scene
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
