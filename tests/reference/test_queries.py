@@ -155,6 +155,19 @@ def test_rays_that_are_none_miss(answers: tuple) -> None:
         assert not warp_rt.count_hits(accel, origins, directions).any()
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("shift", [0.0, 1e5])
+def test_rays_beyond_float32_miss_without_a_warning(answers: tuple, shift: float) -> None:
+    """Hierarchies far from the origin have their rays moved before they become float32."""
+    points, triangles, _, _ = answers
+    accel = warp_rt.build_accel(Scene.from_arrays(points + np.float32(shift), triangles))
+    far, good = np.full((40_000, 3), 1e300), np.ones((40_000, 3))
+    for query in (warp_rt.closest_hit, warp_rt.any_hit, warp_rt.count_hits):
+        for rays in ((far, good), (good, far)):
+            found = query(accel, *rays, t_max=1e300, threads=2)
+            assert not np.isfinite(found.t).any() if query is warp_rt.closest_hit else not found.any()
+
+
 @pytest.mark.parametrize("big", [1e30, 1e36, 3e38])
 def test_rays_at_the_limits_of_float32_end(big: float) -> None:
     """Their transforms into meshes overflow; whatever they hit, they neither crash nor hang, and hits are finite."""

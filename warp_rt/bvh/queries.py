@@ -191,7 +191,7 @@ class _Rays:
             raise OptionError(f"{name}: numbers of shape [n, 3] expected, got {values.dtype} {list(values.shape)}")
         if shift is not None:
             values = self._moved(values, shift)
-        values = np.ascontiguousarray(values, np.float32)
+        values = _as_float32(values)
         return values if self.is_cpu else wp.array(values, dtype=wp.vec3, device=self.device)
 
     def _moved(self, points: np.ndarray, shift: np.ndarray) -> np.ndarray:
@@ -200,10 +200,11 @@ class _Rays:
         shifts = np.tile(shift, min(_MOVED, len(points)))
 
         def move(first: int, _: None) -> None:
-            for start in range(first, min(first + _MOVED_TILE, len(points)), _MOVED):
-                rows = points[start : start + _MOVED].reshape(-1)
-                out = moved[start : start + _MOVED].reshape(-1)
-                np.subtract(rows, shifts[: len(rows)], out=out, dtype=np.float64, casting="same_kind")
+            with np.errstate(over="ignore"):  # of each thread its own
+                for start in range(first, min(first + _MOVED_TILE, len(points)), _MOVED):
+                    rows = points[start : start + _MOVED].reshape(-1)
+                    out = moved[start : start + _MOVED].reshape(-1)
+                    np.subtract(rows, shifts[: len(rows)], out=out, dtype=np.float64, casting="same_kind")
 
         tiles = range(0, len(points), _MOVED_TILE)
         Workers(min(self.workers.count, len(tiles))).map(move, tiles)
@@ -218,7 +219,7 @@ class _Rays:
             raise OptionError(f"t_max: one number or shape [{self.count}] expected, got {values.dtype}")
         if values.ndim > 0 and values.shape != (self.count,):
             raise OptionError(f"t_max: one number or shape [{self.count}] expected, got {list(values.shape)}")
-        values = np.ascontiguousarray(values, np.float32)  # of a number, an array of one
+        values = _as_float32(values)  # of a number, an array of one
         return values if self.is_cpu else wp.array(values, dtype=wp.float32, device=self.device)
 
     def _checked(self, name: str, array: Any, dtype: Any) -> wp.array:
@@ -232,6 +233,12 @@ class _Rays:
             size = "n" if self.count is None else str(self.count)
             raise OptionError(f"{name}: a Warp array of {dtype.__name__}, shape [{size}], on {self.device} expected")
         return array
+
+
+def _as_float32(values: np.ndarray) -> np.ndarray:
+    """Return numbers in contiguous memory; those beyond float32 are infinite, and such rays hit nothing."""
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(values, np.float32)
 
 
 def _one_number(accel: Accel, rays: _Rays, out: Any, dtype: Any) -> Any:
@@ -287,7 +294,8 @@ def _launch_groups(accel: Accel, rays: _Rays, outputs: list[Any]) -> None:
 
     def run(worker: int) -> bool:
         # Marked before it looks whether rays are left: where none were and nobody was marked, nobody launches any more,
-        # and the launches may be used by another query. Python's lock keeps the order of both.
+        # and the launches may be used by another query. Python's lock keeps the order of both; for builds of Python
+        # without it there is no USD.
         busy[worker] = 1
         if over[0]:
             busy[worker] = 0
