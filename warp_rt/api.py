@@ -258,11 +258,14 @@ def trace_tree(
         WarpRtError: See the kinds in ``warp_rt.errors``.
     """
     from warp_rt.rendering.renderer import Renderer
+    from warp_rt.rendering.tree_pixel import check_pixel_of, check_request
 
     check_display(exposure, tonemap)
     chosen = _options(options)
-    loaded = scene if isinstance(scene, Scene) else _open(scene, complexity, chosen, camera).scene(time)
     samples = None if sample is None else (sample,)
+    check_request((x, y), samples, chosen)
+    loaded = scene if isinstance(scene, Scene) else _open(scene, complexity, chosen, camera).scene(time)
+    check_pixel_of(loaded, (x, y), chosen, camera)
     tree = Renderer(loaded, chosen, device=device).trace_tree(x, y, camera=camera, samples=samples)
     return replace(tree, exposure=exposure, tonemap=tonemap)
 

@@ -162,6 +162,20 @@ def test_info_for_people(stage, capfd):
     assert "picture    960 x 480, /World/Front\n" in out
 
 
+def test_info_tells_meshes_from_shapes_and_small_sizes(stage, capfd):
+    """A ball has no triangles: it is one shape, in memory and in the scene."""
+    stage.write_text(STAGE.rstrip().removesuffix("}") + '    def Sphere "Ball" {}\n}\n')
+    assert main(["info", "wall.usda"]) == 0
+    out = capfd.readouterr().out
+    for kind, count in [("meshes", 1), ("triangles", 2), ("shapes", 1)]:
+        assert f"{kind:<11}{count} in memory, {count} in the scene\n" in out
+    assert main(["info", "wall.usda", "--json"]) == 0
+    facts = json.loads(capfd.readouterr().out)
+    counts = [facts[name] for name in ("meshes", "meshes_placed", "shapes", "shapes_placed", "instances")]
+    assert counts == [1, 1, 1, 1, 2]
+    assert f"memory     {facts['memory']['scene_bytes']} B, about " in out  # a few points: below a KiB
+
+
 def test_info_has_words_for_what_steps_in(stage, capfd):
     bound = "rel material:binding = </World/Blue>"
     stage.write_text(STAGE[: STAGE.index('    def Camera "Front"')].replace(bound, "") + "}\n")

@@ -106,17 +106,19 @@ def test_aovs_are_layers_and_ids_have_their_sidecar(stage, capfd):
 
 
 def test_frames_become_numbered_files(stage, capfd):
-    assert _render("-o", "a.##.exr", "--frames", "1:3x2", "--aov", "color,depth", "--json") == 0
+    """In a folder, which the lines that say how far it is name too."""
+    (stage.parent / "shots").mkdir()
+    assert _render("-o", "shots/a.##.exr", "--frames", "1:3x2", "--aov", "color,depth", "--json") == 0
     out, err = capfd.readouterr()
     result = json.loads(out)
     assert [line.partition(":")[0] for line in err.splitlines() if " of 2)" in line] == [
-        "a.01.exr (1 of 2)",
-        "a.03.exr (2 of 2)",
+        "shots/a.01.exr (1 of 2)",
+        "shots/a.03.exr (2 of 2)",
     ]
-    assert result["outputs"] == ["a.01.exr", "a.03.exr"]
+    assert result["outputs"] == ["shots/a.01.exr", "shots/a.03.exr"]
     assert [frame["frame"] for frame in result["frames"]] == [1, 3]
     assert result["rays"]["primary"] == 2 * WIDTH * HEIGHT
-    for name, distance in (("a.01.exr", 10), ("a.03.exr", 30)):
+    for name, distance in (("shots/a.01.exr", 10), ("shots/a.03.exr", 30)):
         depth = _channels(name)["depth.Z"]
         assert depth[np.isfinite(depth)] == pytest.approx(distance, abs=1e-3)
 

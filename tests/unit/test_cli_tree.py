@@ -15,7 +15,9 @@ import OpenEXR
 import pytest
 from pxr import Usd
 
+import warp_rt
 from warp_rt.cli.main import main
+from warp_rt.errors import OptionError
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 STAGE = str(SCENES / "mirror_teapot.usda")
@@ -157,7 +159,7 @@ def test_display_values_follow_exposure(capfd: pytest.CaptureFixture[str]) -> No
     [
         (("64", "0"), "pixel (64, 0) lies outside the picture of 64 x 48 pixels"),
         (("0", "48"), "pixel (0, 48) lies outside the picture of 64 x 48 pixels"),
-        (("-1", "0"), "pixel (-1, 0) lies outside the picture of 64 x 48 pixels"),
+        (("-1", "0"), "pixel (-1, 0) lies outside the picture, whose top left one is (0, 0)"),
         (("20", "0", "--crop", "30,15,20,10"), "pixel (20, 0) lies outside the picture of 20 x 10 pixels"),
         (("x", "0"), "X: a whole number expected, got 'x'"),
         (("1",), "missing: Y"),
@@ -173,6 +175,22 @@ def test_usage_errors(capfd: pytest.CaptureFixture[str], arguments: tuple[str, .
     assert err.count("\n") == 1
     if "--json" not in arguments:
         assert out == ""
+
+
+def test_what_no_stage_has_is_refused_before_it_is_read(capfd: pytest.CaptureFixture[str]) -> None:
+    for arguments in (("-1", "0"), ("20", "0", "--crop", "30,15,20,10"), ("1", "1", "--spp", "4", "--sample", "4")):
+        _, err = tree(capfd, *arguments, stage="missing.usda", code=2)
+        assert "missing.usda" not in err
+
+
+def test_a_pixel_outside_is_refused_before_anything_is_built(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("warp_rt.rendering.renderer.Renderer", None)  # whoever made one would fail otherwise
+    _, err = tree(capfd, "64", "0", code=2)
+    assert "pixel (64, 0) lies outside the picture of 64 x 48 pixels" in err
+    with pytest.raises(OptionError, match=r"pixel \(0, 48\) lies outside the picture of 64 x 48 pixels"):
+        warp_rt.trace_tree(STAGE, 0, 48, width=64, height=48)
 
 
 def test_the_scenes_own_file_is_spared(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -64,6 +64,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
 def _facts(scene: Scene, options: RenderOptions, camera: str | None) -> dict[str, Any]:
     from warp_rt.scene import Mesh, Shapes
 
+    is_mesh = [isinstance(mesh, Mesh) for mesh in scene.meshes]
     triangles = [len(mesh.triangles) if isinstance(mesh, Mesh) else 0 for mesh in scene.meshes]
     shapes = [len(mesh.points) if isinstance(mesh, Shapes) else 0 for mesh in scene.meshes]
     placed = scene.instances.mesh.tolist()
@@ -73,8 +74,9 @@ def _facts(scene: Scene, options: RenderOptions, camera: str | None) -> dict[str
         "meters_per_unit": scene.meters_per_unit,
         "bounds": scene.bounds().tolist(),
         "prims": len(scene.prims),
-        "meshes": len(scene.meshes),
         "instances": len(scene.instances),
+        "meshes": sum(is_mesh),
+        "meshes_placed": sum(is_mesh[mesh] for mesh in placed),
         "triangles": scene.triangle_count,
         "triangles_placed": sum(triangles[mesh] for mesh in placed),
         "shapes": scene.shape_count,
@@ -150,11 +152,12 @@ def _table(facts: dict[str, Any]) -> str:
         ("scene", facts["scene"]),
         ("time", "default" if facts["time"] is None else f"{facts['time']:g}"),
         ("up axis", f"{facts['up_axis']}, {facts['meters_per_unit']:g} m a unit"),
-        ("bounds", " to ".join(_point(corner) for corner in facts["bounds"]) if facts["meshes"] else "none"),
+        ("bounds", " to ".join(_point(corner) for corner in facts["bounds"]) if facts["instances"] else "none"),
         ("prims", f"{facts['prims']:,}"),
-        ("meshes", f"{facts['meshes']:,}, {facts['instances']:,} times placed"),
-        ("triangles", f"{facts['triangles']:,} in memory, {facts['triangles_placed']:,} in the scene"),
-        ("shapes", f"{facts['shapes']:,} in memory, {facts['shapes_placed']:,} in the scene"),
+        *(
+            (kind, f"{facts[kind]:,} in memory, {facts[f'{kind}_placed']:,} in the scene")
+            for kind in ("meshes", "triangles", "shapes")
+        ),
         *_listed("cameras", facts["cameras"]),
         *_listed("lights", [f"{light['path']} ({light['kind']})" for light in facts["lights"]]),
         *_listed(
@@ -167,8 +170,8 @@ def _table(facts: dict[str, Any]) -> str:
         ("picture", f"{picture['width']} x {picture['height']}, {shown_path(picture['camera'])}"),
         (
             "memory",
-            f"{memory['scene_bytes'] / 2**20:.1f} MiB, about {memory['hierarchy_bytes_estimate'] / 2**20:.1f} MiB "
-            f"more for hierarchies, {memory['pyramid_bytes_estimate'] / 2**20:.1f} MiB for image pyramids",
+            f"{_size(memory['scene_bytes'])}, about {_size(memory['hierarchy_bytes_estimate'])} more for hierarchies, "
+            f"{_size(memory['pyramid_bytes_estimate'])} for image pyramids",
         ),
         ("warnings", f"{facts['warnings']}{' (warp-rt check names them)' if facts['warnings'] else ''}"),
     ]
@@ -183,3 +186,11 @@ def _listed(name: str, items: list[str]) -> list[tuple[str, str]]:
 
 def _point(corner: list[float]) -> str:
     return "(" + ", ".join(f"{value:.6g}" for value in corner) + ")"
+
+
+def _size(count: int) -> str:
+    """Return a number of bytes in the unit that leaves it 1 to 4 digits before the point."""
+    for unit, power in (("GiB", 30), ("MiB", 20), ("KiB", 10)):
+        if count >= 1 << power:
+            return f"{count / (1 << power):.1f} {unit}"
+    return f"{count} B"

@@ -97,7 +97,7 @@ def make_pictures(
     run = _Run(args, options, open_refined_stage(args, options, view, source), view, announce, voice)
     opening = time.perf_counter() - begin
     for index, shot in enumerate(shots):
-        file = shot.output.name + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
+        file = str(shot.output) + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
         frame, previous = _make_picture(run, shot, f"rendering {file}", previous)
         frames.append(frame)
         if len(shots) > 1 and not terminal.is_interactive:

@@ -113,7 +113,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     films, seconds = [], []
     for index, (depth, file) in enumerate(zip(args.depths, files.pictures, strict=True), start=1):
         begin = time.perf_counter()
-        with progress_bar(terminal, f"rendering {file.name} ({index} of {len(args.depths)})") as progress:
+        with progress_bar(terminal, f"rendering {file} ({index} of {len(args.depths)})") as progress:
             films.append(renderer.render(camera=args.camera, depth=depth, progress=progress))
         seconds.append(time.perf_counter() - begin)
         voice.diagnostics(renderer.diagnostics)

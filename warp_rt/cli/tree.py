@@ -72,14 +72,17 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     _check_form(args)
     frame = parse_frame(args.frames)
     from warp_rt.rendering.renderer import Renderer
+    from warp_rt.rendering.tree_pixel import check_pixel_of, check_request
 
+    pixel, samples = (args.x, args.y), None if args.sample is None else (args.sample,)
+    check_request(pixel, samples, options)
     voice = Voice(terminal)
     scene = read_stage(
         open_refined_stage(args, options), args, voice, time=frame, outputs=[args.usd] if args.usd else []
     )
+    check_pixel_of(scene, pixel, options, args.camera)
     renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
-    samples = None if args.sample is None else (args.sample,)
-    tree = renderer.trace_tree(args.x, args.y, camera=args.camera, samples=samples)
+    tree = renderer.trace_tree(*pixel, camera=args.camera, samples=samples)
     tree = replace(tree, exposure=args.exposure, tonemap=args.tonemap)
     voice.diagnostics(renderer.diagnostics)
     if args.usd:

@@ -250,7 +250,9 @@ class Renderer:
             LimitError: The tree is larger than anybody would read, or the time limit was reached.
         """
         from warp_rt.rendering.trace_pixel import trace_pixel
+        from warp_rt.rendering.tree_pixel import check_request
 
+        check_request((x, y), samples, self.options)
         with self._clock("compile"):
             load_kernels([("record_tree", self.device)], on_compile=self._on_compile)
         view = self._view(camera)

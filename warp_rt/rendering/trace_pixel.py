@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from numbers import Integral
 
 import numpy as np
 import warp as wp
@@ -13,13 +12,13 @@ import warp as wp
 from warp_rt.bvh.accel import Accel
 from warp_rt.device.arrays import array_of_one
 from warp_rt.device.launch import Deadline, StopFlag
-from warp_rt.errors import OptionError
 from warp_rt.kernels import record_tree
 from warp_rt.kernels.observer import TreeRecorder
 from warp_rt.options import DEFAULT_DEPTH, RenderOptions
 from warp_rt.rendering.film_buffers import film_area
 from warp_rt.rendering.film_camera import image_size
 from warp_rt.rendering.prepared_view import PreparedView
+from warp_rt.rendering.tree_pixel import check_pixel, chosen_samples
 from warp_rt.rendering.tree_recording import Records, make_roots, record
 from warp_rt.rendering.worker_scratch import walking_scratch
 from warp_rt.scene import Scene
@@ -45,8 +44,9 @@ def trace_pixel(
     scene, camera = view.scene, view.camera
     size = image_size(camera, options, scene.settings)
     left, top, width, height = film_area(options.crop, scene.settings, *size)
-    x, y = _checked_pixel(pixel, width, height)
-    taken = _chosen_samples(samples, options.spp)
+    check_pixel(pixel, width, height)
+    x, y = int(pixel[0]), int(pixel[1])
+    taken = chosen_samples(samples, options.spp)
     records, values = _record(view.terms(accel, options, size), accel, options, (left + x, top + y), taken)
     # The film's own arithmetic, sample after sample, so that the very same float32 numbers come out.
     total = np.zeros(4, np.float32)
@@ -101,26 +101,6 @@ def _record(
 
     records = record(launch, depth=depth, stop=stop.array, device=device)
     return records, values.numpy()[list(samples)]
-
-
-def _checked_pixel(pixel: tuple[int, int], width: int, height: int) -> tuple[int, int]:
-    x, y = pixel
-    if not (isinstance(x, Integral) and isinstance(y, Integral)):
-        raise OptionError(f"pixel ({x!r}, {y!r}): whole numbers expected")
-    if not (0 <= x < width and 0 <= y < height):
-        raise OptionError(f"pixel ({x}, {y}) lies outside the picture of {width} x {height} pixels")
-    return int(x), int(y)
-
-
-def _chosen_samples(samples: Sequence[int] | None, spp: int) -> tuple[int, ...]:
-    """Return which samples of a pixel to trace: those asked for, else all."""
-    chosen = tuple(range(spp)) if samples is None else tuple(samples)
-    if not chosen:
-        raise OptionError("samples: at least one expected")
-    for sample in chosen:
-        if not 0 <= sample < spp:
-            raise OptionError(f"sample: {sample} is outside 0..{spp - 1}")
-    return chosen
 
 
 def _diagonal(scene: Scene) -> float:
