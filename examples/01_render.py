@@ -5,13 +5,15 @@
 python examples/01_render.py [folder]
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+parser.add_argument("folder", nargs="?", type=Path, default=Path("out"), help="for what it writes (default: out)")
+folder = parser.parse_args().folder
 folder.mkdir(parents=True, exist_ok=True)
 
 image = warp_rt.render(STAGE, width=480, depth=7)

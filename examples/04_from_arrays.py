@@ -5,13 +5,18 @@
 python examples/04_from_arrays.py [folder]
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
 
 import warp_rt
 from warp_rt.scene import Input, Light, LightKind, Material, MaterialModel, Settings
+
+parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+parser.add_argument("folder", nargs="?", type=Path, default=Path("out"), help="for what it writes (default: out)")
+folder = parser.parse_args().folder
+folder.mkdir(parents=True, exist_ok=True)
 
 COUNT = 96
 x, y = np.meshgrid(np.linspace(-3, 3, COUNT), np.linspace(-3, 3, COUNT))
@@ -45,7 +50,5 @@ scene = warp_rt.Scene.from_arrays(
     settings=Settings(ambient=(1.0, 1.0, 1.0), background=(0.05, 0.08, 0.12)),
 )
 image = warp_rt.render(scene, width=320, height=240)
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
-folder.mkdir(parents=True, exist_ok=True)
 image.save(folder / "waves.png")
 print(f"{scene.triangle_count} triangles, {image.film.rays.shadow} shadow rays")

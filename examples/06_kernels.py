@@ -5,8 +5,8 @@
 python examples/06_kernels.py [folder]
 """
 
+import argparse
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,11 @@ from PIL import Image, ImageDraw
 
 from warp_rt.kernels.vector import reflect, refract, refraction_discriminant
 from warp_rt.warp_setup import init_warp
+
+parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+parser.add_argument("folder", nargs="?", type=Path, default=Path("out"), help="for what it writes (default: out)")
+folder = parser.parse_args().folder
+folder.mkdir(parents=True, exist_ok=True)
 
 init_warp()
 
@@ -49,6 +54,4 @@ for degrees in range(0, 90, 15):
     inside = refract(way, normal, 1.0 / 1.5)
     draw.line((200 - 140 * way[0], 150 + 140 * way[2], 200, 150), fill="#c75b12", width=2)
     draw.line((200, 150, 200 + 140 * inside[0], 150 - 140 * inside[2]), fill="#1f5fa8", width=2)
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
-folder.mkdir(parents=True, exist_ok=True)
 picture.save(folder / "refraction.png")

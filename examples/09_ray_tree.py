@@ -5,14 +5,16 @@
 python examples/09_ray_tree.py [folder]
 """
 
-import sys
+import argparse
 from collections import Counter
 from pathlib import Path
 
 import warp_rt
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+parser.add_argument("folder", nargs="?", type=Path, default=Path("out"), help="for what it writes (default: out)")
+folder = parser.parse_args().folder
 folder.mkdir(parents=True, exist_ok=True)
 
 tree = warp_rt.trace_tree(STAGE, 240, 70, width=320, device="cpu")

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,8 @@ import numpy as np
 import pytest
 from PIL import Image
 from pxr import Usd, Vt
+
+from ..processes import complaints
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("[0-9][0-9]_*.py"))
@@ -50,7 +53,7 @@ FILES = {
 def test_example(example: Path, tmp_path: Path) -> None:
     to = ["given"] if example.name < "03" else []
     run = subprocess.run([sys.executable, str(example), *to], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (run.returncode, run.stderr) == (0, "")
+    assert (run.returncode, complaints(run.stderr)) == (0, [])
     assert WORDS[example.name] in run.stdout
     written = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert written == {f"{to[0] if to else 'out'}/{name}" for name in FILES[example.name]}
@@ -60,6 +63,19 @@ def test_example(example: Path, tmp_path: Path) -> None:
         with Image.open(tmp_path / name) as picture:
             low, high = picture.convert("L").getextrema()
         assert low < high, f"{name} is a single grey"
+
+
+@pytest.mark.parametrize("example", [path for path in EXAMPLES if FILES[path.name]], ids=lambda path: path.name)
+def test_help_says_where_files_go_and_does_nothing_else(
+    example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(example), "--help"])
+    with pytest.raises(SystemExit) as stop:
+        runpy.run_path(str(example), run_name="__main__")
+    assert stop.value.code == 0
+    assert "for what it writes (default: out)" in " ".join(capsys.readouterr().out.split())
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)

@@ -90,17 +90,17 @@ FILES = [("render_plain", "cuda:0"), ("bvh_build", "cpu"), ("bvh_refit", "cuda:0
 
 
 @pytest.fixture
-def loading(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, str], None]:
-    """Make loading a file take a time, after which it fails if it has a certain name."""
+def loading(monkeypatch: pytest.MonkeyPatch) -> Callable[[bool, str], None]:
+    """Make loading files slow, as where they have to be compiled, or quick; one of a certain name fails."""
     started.clear()
     loaded.clear()
     monkeypatch.setattr(kernel_compile, "CompileProcess", _Recorder)
-    monkeypatch.setattr(kernel_compile, "_NOTICE_SECONDS", 0.05)
 
-    def prepare(seconds: float, failing: str) -> None:
-        def load_module(module: object, device: str) -> None:
+    def prepare(is_slow: bool, failing: str) -> None:
+        def load_module(module: object, device: str, *, on_slow: Callable[[], None] | None = None) -> None:
             name = str(getattr(module, "__name__", "")).rpartition(".")[2]
-            time.sleep(seconds)
+            if is_slow and on_slow is not None:
+                on_slow()
             if name == failing:
                 raise RuntimeError(name)
             loaded.append((name, device))
@@ -110,30 +110,28 @@ def loading(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, str], None]:
     return prepare
 
 
-@pytest.mark.parametrize(("seconds", "threads"), [(0.0, 2), (0.2, 1)])
+@pytest.mark.parametrize(("is_slow", "threads"), [(False, 2), (True, 1)])
 def test_there_is_no_process_for_kernels_in_the_cache_or_for_one_thread(
-    seconds: float, threads: int, loading: Callable[[float, str], None]
+    is_slow: bool, threads: int, loading: Callable[[bool, str], None]
 ) -> None:
-    loading(seconds, "")
+    loading(is_slow, "")
     load_kernels(FILES, threads=threads)
     assert loaded == FILES
     assert not started
 
 
 def test_another_process_compiles_the_rest_for_the_cpu_and_all_is_loaded_here(
-    loading: Callable[[float, str], None],
+    loading: Callable[[bool, str], None],
 ) -> None:
-    loading(0.2, "")
-    told: list[bool] = []
-    load_kernels(FILES, threads=2, on_compile=lambda: told.append(True))
+    loading(True, "")
+    load_kernels(FILES, threads=2)
     assert loaded == FILES
     assert [process.modules for process in started] == [["bvh_build", "bvh_sah"]]
     assert started[0].is_stopped
-    assert told
 
 
-def test_the_other_process_is_stopped_where_a_kernel_does_not_compile(loading: Callable[[float, str], None]) -> None:
-    loading(0.2, FILES[0][0])
+def test_the_other_process_is_stopped_where_a_kernel_does_not_compile(loading: Callable[[bool, str], None]) -> None:
+    loading(True, FILES[0][0])
     with pytest.raises(RuntimeError):
         load_kernels(FILES, threads=2)
     assert [process.is_stopped for process in started] == [True]

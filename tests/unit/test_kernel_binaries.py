@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import warp as wp
 
-from warp_rt import kernels
-from warp_rt.device import kernel_binaries
+from warp_rt import device, kernels
+from warp_rt.device import compile_notice, kernel_binaries
 from warp_rt.kernels import render_plain
 from warp_rt.warp_setup import init_warp
 
@@ -125,7 +125,7 @@ import warp as wp
 wp.config.log_level = wp.LOG_WARNING
 wp.config.use_precompiled_headers = False  # to make one takes longer than to do without
 wp.init()
-from warp_rt import kernel_binaries
+from warp_rt.device import kernel_binaries
 from warp_rt.kernels import main
 def edit():
     near = Path(main.__file__).with_name("near.py")
@@ -152,7 +152,9 @@ def house(tmp_path: Path) -> Path:
     """A folder with a package of two small kernel files, which are loaded as ours are."""
     (tmp_path / "warp_rt" / "kernels").mkdir(parents=True)
     (tmp_path / "warp_rt" / "__init__.py").touch()
-    shutil.copyfile(kernel_binaries.__file__, tmp_path / "warp_rt" / "kernel_binaries.py")
+    (tmp_path / "warp_rt" / "device").mkdir()
+    for module in (device, compile_notice, kernel_binaries):
+        shutil.copy(str(module.__file__), tmp_path / "warp_rt" / "device")
     shutil.copyfile(str(kernels.__file__), tmp_path / "warp_rt" / "kernels" / "__init__.py")
     (tmp_path / "warp_rt" / "kernels" / "main.py").write_text(MAIN)
     (tmp_path / "warp_rt" / "kernels" / "near.py").write_text(NEAR)

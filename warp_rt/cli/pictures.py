@@ -145,7 +145,7 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
     voice.diagnostics(notes)
     told = dict.fromkeys([*scene.diagnostics, *notes])
     options = replace(run.options, aovs=tuple(aov for aov in shot.aovs if aov != "alpha"))
-    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling, previous=previous)
+    renderer = Renderer(scene, options, device=args.device, previous=previous)
 
     def view_at(moment: float) -> View:
         nonlocal load

@@ -109,7 +109,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     begin = time.perf_counter()
     scene = read_stage(open_refined_stage(args, options), args, voice, time=frame, outputs=files.all())
     load = time.perf_counter() - begin
-    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
+    renderer = Renderer(scene, options, device=args.device)
     films, seconds = [], []
     for index, (depth, file) in enumerate(zip(args.depths, files.pictures, strict=True), start=1):
         begin = time.perf_counter()

@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         open_refined_stage(args, options), args, voice, time=frame, outputs=[args.usd] if args.usd else []
     )
     check_pixel_of(scene, pixel, options, args.camera)
-    renderer = Renderer(scene, options, device=args.device, on_compile=voice.compiling)
+    renderer = Renderer(scene, options, device=args.device)
     tree = renderer.trace_tree(*pixel, camera=args.camera, samples=samples)
     tree = replace(tree, exposure=args.exposure, tonemap=args.tonemap)
     voice.diagnostics(renderer.diagnostics)

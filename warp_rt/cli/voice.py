@@ -9,8 +9,6 @@ from collections.abc import Iterable
 from warp_rt.cli.terminal import Terminal
 from warp_rt.report import Diagnostic
 
-COMPILING = "compiling kernels (some ten seconds; they are kept)..."
-
 
 class Voice:
     """Tells each thing once, however many frames it holds for."""
@@ -18,16 +16,9 @@ class Voice:
     def __init__(self, terminal: Terminal) -> None:
         self.terminal = terminal
         self._told: set[Diagnostic] = set()
-        self._has_announced_compiling = False
 
     def diagnostics(self, records: Iterable[Diagnostic]) -> None:
         """Tell the diagnostics that are new."""
         new = [record for record in records if record not in self._told]
         self.terminal.diagnostics(new)
         self._told.update(new)
-
-    def compiling(self) -> None:
-        """Tell why nothing seems to happen."""
-        if not self._has_announced_compiling:
-            self._has_announced_compiling = True
-            self.terminal.info(COMPILING)

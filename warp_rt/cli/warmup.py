@@ -9,7 +9,6 @@ import time
 
 from warp_rt.cli.parser import Parser
 from warp_rt.cli.terminal import Terminal
-from warp_rt.cli.voice import COMPILING
 
 
 def parser() -> Parser:
@@ -26,6 +25,6 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     from warp_rt.device.compile import warmup
 
     begin = time.perf_counter()
-    warmup(args.device, on_compile=lambda: terminal.detail(COMPILING))
+    warmup(args.device)
     terminal.info(f"kernels are ready for {args.device} ({time.perf_counter() - begin:.1f} s)")
     return 0

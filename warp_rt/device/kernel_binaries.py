@@ -14,20 +14,25 @@ them, nobody knows which of the two a function came from; so that process keeps 
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import re
 import shutil
 import tempfile
 import threading
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
 import warp as wp
 
+from warp_rt.device.compile_notice import told_if_slow
 from warp_rt.kernels import is_as_imported
 
 _lock = threading.Lock()
+_loaded_by_warp: set[tuple[str, str]] = set()
+"""Names and devices of the files that Warp has found by its own hash, which it does quickly from then on."""
 _CPU_BLOCK, _CUDA_BLOCK = 1, 256  # threads a block of Warp's launches
 _IMPORT = re.compile(rb"^\s*from \.(\w+) import", re.MULTILINE)  # as all kernel files write it
 _NOT_COMPILED_IN = {"kernel_cache_dir", "log_level", "print_launches", "verbose_warnings"}
@@ -36,8 +41,8 @@ _NAMES_ONLY = "strip_hash"
 """The option of a module that is set as it is loaded, and changes but names."""
 
 
-def load_module(module: ModuleType, device: str) -> None:
-    """Load the kernels of a file, unless they are loaded, and compile them if need be.
+def load_module(module: ModuleType, device: str, *, on_slow: Callable[[], None] | None = None) -> None:
+    """Load the kernels of a file, unless they are loaded, and compile them if need be, which is told.
 
     Required before several threads launch them: Warp loads a module when one of its kernels is first launched, without
     a lock, so that two threads that launch at once load it twice, and the loser's code is unloaded while it may still
@@ -46,6 +51,7 @@ def load_module(module: ModuleType, device: str) -> None:
     Args:
         module: A file of ``warp_rt.kernels``.
         device: Resolved.
+        on_slow: Called, from another thread, once compiling has taken a while.
     """
     with _lock:
         has_body = hasattr(module, "import_body")
@@ -53,20 +59,24 @@ def load_module(module: ModuleType, device: str) -> None:
         if digest is None:
             if has_body:
                 module.import_body()
-            wp.load_module(module, device=device)
+            name = (module.__name__, device)
+            with contextlib.nullcontext() if name in _loaded_by_warp else told_if_slow(on_slow):
+                wp.load_module(module, device=device)
+            _loaded_by_warp.add(name)
             return
         _choose_block(module, device)
         folder = _folder(module, digest)
         if _is_loaded(module, device, folder):
             return
-        module.import_body()
-        if is_as_imported():
-            _compile(module, device, folder)
-            _load(module, device, folder)
-        else:
-            with tempfile.TemporaryDirectory(prefix="warp_rt_", ignore_cleanup_errors=True) as private:
-                _compile(module, device, Path(private, folder.name))
-                _load(module, device, Path(private, folder.name))
+        with told_if_slow(on_slow):
+            module.import_body()
+            if is_as_imported():
+                _compile(module, device, folder)
+                _load(module, device, folder)
+            else:
+                with tempfile.TemporaryDirectory(prefix="warp_rt_", ignore_cleanup_errors=True) as private:
+                    _compile(module, device, Path(private, folder.name))
+                    _load(module, device, Path(private, folder.name))
 
 
 def _is_loaded(module: ModuleType, device: str, folder: Path) -> bool:

@@ -42,11 +42,12 @@ _REBUILD_COST = 1.25  # cost of a refitted hierarchy, in that of the built one, 
 class Renderer:
     """A scene on a device, with its hierarchies: ready to render.
 
+    Where kernels have to be compiled, a line of the log ``warp_rt`` says so.
+
     Args:
         scene: What to render. Without lights it gets a headlight for each render.
         options: How.
         device: ``auto``, ``cpu``, or ``cuda:N``.
-        on_compile: Called once if kernels have to be compiled, which takes seconds.
         previous: A renderer of a scene like this one, such as the frame before. Where only points and
             transforms differ, its hierarchy is refitted instead of built, unless it has become much dearer to trace.
             Its images on the device are shared where ``Scene.images`` holds the same objects.
@@ -64,13 +65,11 @@ class Renderer:
         options: RenderOptions | None = None,
         *,
         device: str = "auto",
-        on_compile: Callable[[], None] | None = None,
         previous: Renderer | None = None,
     ) -> None:
         check_scene(scene)
         init_warp()
         self.device = resolve_device(device)
-        self._on_compile = on_compile
         self.scene = with_constant_inputs(scene)
         self.options = resolve_options(options or RenderOptions(), scene.settings)
         """With every term that was left open filled in."""
@@ -90,7 +89,6 @@ class Renderer:
                         *((file.__name__, place) for file, place in build_modules(self.options.bvh, self.device)),
                     )
                 ],
-                on_compile=on_compile,
                 threads=self.threads,
             )
         with self._clock("build"):
@@ -254,7 +252,7 @@ class Renderer:
 
         check_request((x, y), samples, self.options)
         with self._clock("compile"):
-            load_kernels([("record_tree", self.device)], on_compile=self._on_compile)
+            load_kernels([("record_tree", self.device)])
         view = self._view(camera)
         self._note(shutter_note(self.scene, self.options, view.camera))
         with self._clock("render"):
