@@ -90,6 +90,25 @@ def test_primvars_of_another_length_are_not_laid_out() -> None:
     assert values.primvars[0].lay_out(LAYOUT) is None
 
 
+def test_prims_share_a_constant_of_the_same_value_and_name() -> None:
+    one, other = ("color3f[] primvars:displayColor = [(1, 0, 0)]", "color3f[] primvars:displayColor = [(1, -0.0, 0)]")
+    alike, unlike = "float[] primvars:a = [2]", "float[] primvars:b = [2]"
+    laid_out = []
+    for values in read(stage_of([one, other, one, alike, unlike, alike])):
+        assert values.primvars is not None
+        laid_out.append(values.primvars[0].lay_out(LAYOUT))
+    assert laid_out[0] is laid_out[2]
+    assert laid_out[3] is laid_out[5]
+    assert len({id(primvar) for primvar in laid_out}) == 4
+    assert [np.signbit(primvar.values[0, 1]) for primvar in laid_out[:2] if primvar] == [False, True]
+
+
+def test_a_constant_that_is_not_finite_is_not_laid_out_and_does_not_concern_others() -> None:
+    bodies = ["float[] primvars:a = [nan]", "float[] primvars:a = [1]", "float2[] primvars:a = [(inf, 1)]"]
+    laid_out = [values.primvars[0].lay_out(LAYOUT) for values in read(stage_of(bodies)) if values.primvars]
+    assert [primvar is None for primvar in laid_out] == [True, False, True]
+
+
 @pytest.mark.parametrize(
     ("body", "is_plain"),
     [

@@ -19,10 +19,10 @@ from warp_rt.usd.arrays import hold_throughout, integers, signed_integers, vecto
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.cages import Cage, CutMesh, cut_cages, join_cages
 from warp_rt.usd.motion import read_points
-from warp_rt.usd.plain_values import PlainRows, read_plain_values
+from warp_rt.usd.plain_values import PlainConstant, PlainRows, read_plain_values
 from warp_rt.usd.polygons import BAD_TOPOLOGY, Polygons
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
-from warp_rt.usd.questions import get_attribute, get_value
+from warp_rt.usd.questions import UNTIMED, get_attribute, get_value
 from warp_rt.usd.skinning import Skin, pose
 from warp_rt.usd.sources import MeshSource, Source, report_unreadable
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
@@ -41,7 +41,6 @@ ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
 _TURNING = (*_NORMALS, "orientation")
 _SMALL = 1 << 12  # elements of an array up to which it stays USD's until it is joined with others
-_PLAIN_TYPES = {"points": Vt.Vec3fArray, "faceVertexCounts": Vt.IntArray, "faceVertexIndices": Vt.IntArray}
 _JOINED_CORNERS = 1 << 17  # of meshes that are cut together: more saves no time, and takes memory
 
 
@@ -110,13 +109,18 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
 def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
     prim, authored, skin, time, carried_to, level, _, _ = source
-    if carried_to:
-        points = read_points(prim, time, carried_to)
-        point_count = 0 if points is None else len(points)
-    else:
-        points, point_count = _read_array(prim, "points", time, report)
-    counts, face_count = _read_array(prim, "faceVertexCounts", time, report)
-    indices, corner_count = _read_array(prim, "faceVertexIndices", time, report)
+    points = read_points(prim, time, carried_to) if carried_to else get_value(get_attribute(prim, "points"), time)
+    counts = get_value(get_attribute(prim, "faceVertexCounts"), time)
+    indices = get_value(get_attribute(prim, "faceVertexIndices"), time)
+    size = (-1, -1, -1)
+    if type(points) is Vt.Vec3fArray and type(counts) is type(indices) is Vt.IntArray:
+        size = len(points), len(counts), len(indices)
+    if not 0 <= max(size) <= _SMALL:
+        points = _own_array(points, prim, "points", report)
+        counts = _own_array(counts, prim, "faceVertexCounts", report)
+        indices = _own_array(indices, prim, "faceVertexIndices", report)
+        size = len(points), len(counts), len(indices)
+    point_count, face_count, _ = size
     if not (point_count and face_count):
         report.warn(EMPTY, prim.GetPath(), "mesh without points or faces")
         return None
@@ -126,12 +130,11 @@ def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     holes = _read_holes(prim, face_count, time, report) if "holeIndices" in authored.names else None
     scheme = _SCHEMES[0]
     if "subdivisionScheme" in authored.names:
-        scheme = get_value(get_attribute(prim, "subdivisionScheme"))
+        scheme = get_value(get_attribute(prim, "subdivisionScheme"), UNTIMED)
     if scheme not in _SCHEMES:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
     is_refined = level > 0 and scheme in SUBDIVISION_SCHEMES
-    size = point_count, face_count, corner_count
     cage = Cage(prim, points, counts, indices, size, holes, scheme in SMOOTH_SCHEMES)
     return _Mesh(source, cage, scheme, is_refined)
 
@@ -220,7 +223,11 @@ def _with_normals(
 
 
 def _built(
-    source: Source, shape: CutMesh, normals: Primvar | None, plain: Sequence[PlainRows] | None, report: Report
+    source: Source,
+    shape: CutMesh,
+    normals: Primvar | None,
+    plain: Sequence[PlainRows | PlainConstant] | None,
+    report: Report,
 ) -> MeshSource:
     """Return the mesh of some triangles, with its primvars and subsets."""
     layout = shape.layout
@@ -238,7 +245,7 @@ def _built(
     return MeshSource(mesh, subsets)
 
 
-def _laid_out(plain: Sequence[PlainRows], layout: Layout) -> dict[str, Primvar] | None:
+def _laid_out(plain: Sequence[PlainRows | PlainConstant], layout: Layout) -> dict[str, Primvar] | None:
     """Return primvars by name; None where one has more or fewer values than there are elements."""
     found = {}
     for rows in plain:
@@ -326,18 +333,16 @@ def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) 
     return Primvar(np.concatenate([values, geometric.astype(np.float32)]), indices)
 
 
-def _read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> tuple[Any, int]:
-    """Return points, shape [n, 3], or integers, and how many: none where they are absent or, told, of a wrong type."""
-    value = get_value(get_attribute(prim, name), time)
-    if type(value) is _PLAIN_TYPES[name]:
-        count = len(value)
-        return (value if count <= _SMALL else np.array(value)), count
+def _own_array(value: Any, prim: Usd.Prim, name: str, report: Report) -> Any:
+    """Return points, shape [n, 3], or integers: none where they are absent or, told, of a wrong type."""
+    if type(value) is (Vt.Vec3fArray if name == "points" else Vt.IntArray):
+        return value if len(value) <= _SMALL else np.array(value)
     array = vector_rows(value, 3) if name == "points" else signed_integers(value)
     if array is not None:
-        return array, len(array)
+        return array
     if value is not None:
         report.warn(BAD_TOPOLOGY, prim.GetPath(), f"{name} holds a {type(value).__name__}")
-    return (np.zeros((0, 3), np.float32) if name == "points" else np.zeros(0, np.int32)), 0
+    return np.zeros((0, 3), np.float32) if name == "points" else np.zeros(0, np.int32)
 
 
 def _read_holes(prim: Usd.Prim, face_count: int, time: Usd.TimeCode, report: Report) -> np.ndarray | None:

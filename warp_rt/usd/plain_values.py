@@ -34,7 +34,10 @@ from warp_rt.usd.sources import Source
 
 _PREFIX = len("primvars:")
 _INDICES = ":indices"
+_NORMALS = "normals"
+_CONSTANT: str = UsdGeom.Tokens.constant
 _COLOR = Sdf.ValueRoleNames.Color
+_COLOR_WIDTH = 3  # components that a colour has at least
 _COMPONENTS = {Vt.FloatArray: 1, Vt.Vec2fArray: 2, Vt.Vec3fArray: 3, Vt.Vec4fArray: 4}
 
 
@@ -58,12 +61,46 @@ class PlainRows:
         return layout.primvar(self.rows, self.indices, self.interpolation)
 
 
+@dataclass(slots=True, eq=False)
+class PlainConstant:
+    """One value for all of a prim, which the prims that have the same share."""
+
+    name: str
+    """Of the primvar."""
+    primvar: Primvar | None = None
+    """None: its value is not finite. (Of all, until they are joined.)"""
+
+    def lay_out(self, layout: Elements) -> Primvar | None:
+        """Return it by triangle corner: it is the same for all layouts."""
+        return self.primvar
+
+
+class _Constants(dict[tuple[str, bytes], PlainConstant]):
+    """The constants of many prims, by their names and by the bytes of their values: float32, shape [c]."""
+
+    def __missing__(self, key: tuple[str, bytes]) -> PlainConstant:
+        constant = self[key] = PlainConstant(key[0])
+        return constant
+
+    def join(self) -> None:
+        """Give the constants their values, which those of one length have one after the other in memory."""
+        alike: dict[int, list[tuple[bytes, PlainConstant]]] = {}
+        for (_, value), constant in self.items():
+            alike.setdefault(len(value), []).append((value, constant))
+        for size, members in alike.items():
+            joined = np.frombuffer(bytearray().join([value for value, _ in members]), np.float32)
+            rows = joined.reshape(len(members), 1, size // joined.itemsize)
+            are_finite = np.isfinite(rows).all(axis=(1, 2)).tolist()
+            for (_, constant), row, is_finite in zip(members, rows, are_finite, strict=True):
+                constant.primvar = Primvar(row) if is_finite else None
+
+
 class PlainValues(NamedTuple):
     """What of a prim is plain."""
 
     normals: PlainRows | None = None
     """None: there are no normals, or they are not plain."""
-    primvars: tuple[PlainRows, ...] | None = None
+    primvars: tuple[PlainRows | PlainConstant, ...] | None = None
     """None: one of them is not plain."""
 
 
@@ -78,12 +115,14 @@ def read_plain_values(sources: Sequence[Source], have_normals: Sequence[bool], r
         have_normals: Whether the normals of each count, if it has any.
         report: Takes the diagnostics that colour spaces give.
     """
+    constants = _Constants()
     found = [
-        _read(source, has_normals, report) if has_normals or source.authored.primvars else _WITHOUT_PRIMVARS
+        _read(source, has_normals, constants, report) if has_normals or source.authored.primvars else _WITHOUT_PRIMVARS
         for source, has_normals in zip(sources, have_normals, strict=True)
     ]
+    constants.join()
     held = [values.normals for values in found if values.normals]
-    held.extend([rows for values in found if values.primvars for rows in values.primvars])
+    held.extend([rows for values in found for rows in values.primvars or () if type(rows) is PlainRows])
     if not held:
         return found
     bad = _join(held)
@@ -121,12 +160,12 @@ def _join(held: Sequence[PlainRows]) -> set[PlainRows]:
     return bad
 
 
-def _read(source: Source, has_normals: bool, report: Report) -> PlainValues:
+def _read(source: Source, has_normals: bool, constants: _Constants, report: Report) -> PlainValues:
     prim, authored, _, time, _, _, _, _ = source
     try:
         return PlainValues(
             _read_normals(prim, authored, time) if has_normals else None,
-            _read_primvars(prim, authored, time, report) if authored.primvars else (),
+            _read_primvars(prim, authored, time, constants, report) if authored.primvars else (),
         )
     except (Tf.ErrorException, RuntimeError):  # which those who read one at a time will meet, and tell
         return PlainValues()
@@ -144,10 +183,10 @@ def _read_normals(prim: Usd.Prim, authored: Authored, time: Usd.TimeCode) -> Pla
 
 
 def _read_primvars(
-    prim: Usd.Prim, authored: Authored, time: Usd.TimeCode, report: Report
-) -> tuple[PlainRows, ...] | None:
-    """Return the rows of primvars, not looked through yet; None where one is not plain."""
-    found = []
+    prim: Usd.Prim, authored: Authored, time: Usd.TimeCode, constants: _Constants, report: Report
+) -> tuple[PlainRows | PlainConstant, ...] | None:
+    """Return primvars, whose values are not looked through yet; None where one is not plain."""
+    found: list[PlainRows | PlainConstant] = []
     for name in authored.primvars:
         if name.endswith(_INDICES):
             continue
@@ -155,28 +194,38 @@ def _read_primvars(
         if has_authored_connections(attribute):
             return None
         base_name = name[_PREFIX:]
-        interpolation = get_metadata(attribute, "interpolation") or UsdGeom.Tokens.constant
-        # What WIDTHS has is drawn whatever its element size.
-        element_size = 1 if base_name in WIDTHS else get_metadata(attribute, "elementSize")
-        value_type = get_value_type(attribute)
-        is_drawable, is_color = _declared(base_name, value_type, interpolation, element_size)
-        if not is_drawable:
-            if not value_type:  # no attribute, but a relationship
-                return None
-            continue
+        interpolation = get_metadata(attribute, "interpolation") or _CONSTANT
+        needed = WIDTHS.get(base_name)
+        may_be_color = True
+        if needed is None or base_name == _NORMALS:  # others are drawn whatever they are declared as
+            value_type = get_value_type(attribute)
+            size = get_metadata(attribute, "elementSize")
+            is_drawable, may_be_color = _declared(base_name, value_type, interpolation, size)
+            if not is_drawable:
+                if not value_type:  # no attribute, but a relationship
+                    return None
+                continue
         value = get_value(attribute, time)
         width = _COMPONENTS.get(type(value))
-        if width is None or width != WIDTHS.get(base_name, width) or not len(value):
+        if width is None or width != (needed or width) or not len(value):
             return None
-        if is_color and compute_color_space_name(attribute, None) and color_space_of(attribute, report) is not None:
+        if may_be_color and width >= _COLOR_WIDTH and _is_converted(attribute, report):
             return None
         indices = None
         if name + _INDICES in authored.names:
             indices = get_value(get_attribute(prim, name + _INDICES), time)
             if type(indices) is not Vt.IntArray:
                 return None
+        elif interpolation == _CONSTANT and len(value) == 1:
+            found.append(constants[base_name, bytes(value)])
+            continue
         found.append(PlainRows(base_name, value, indices, interpolation))
     return tuple(found)
+
+
+def _is_converted(color: Usd.Attribute, report: Report) -> bool:
+    """Return whether the values of a colour are of another space than colours are computed in."""
+    return bool(compute_color_space_name(color, None)) and color_space_of(color, report) is not None
 
 
 @functools.lru_cache(maxsize=1024)
@@ -185,5 +234,5 @@ def _declared(
 ) -> tuple[bool, bool]:
     """Return whether a primvar that is declared so is drawn, normals aside, and whether it is a colour."""
     size = 1 if element_size is None else element_size
-    is_drawable = name != "normals" and is_declared_drawable(name, value_type, interpolation, size)
+    is_drawable = name != _NORMALS and is_declared_drawable(name, value_type, interpolation, size)
     return is_drawable, value_type.role == _COLOR

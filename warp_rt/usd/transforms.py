@@ -12,7 +12,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.authored import Authored
-from warp_rt.usd.questions import get_attribute, get_value
+from warp_rt.usd.questions import UNTIMED, get_attribute, get_value
 
 BAD_TRANSFORM = "W105"
 IDLE_OPERATION = "N921"
@@ -52,7 +52,7 @@ class TransformReader:
         Returns:
             Parent from local, float64, shape [4, 4]; whether it stands in the world instead, whatever is above it.
         """
-        order = get_value(get_attribute(prim, "xformOpOrder"))
+        order = get_value(get_attribute(prim, "xformOpOrder"), UNTIMED)
         if order == _ONLY_TRANSLATION and authored.operations == (_TRANSLATION,):
             offset = get_value(get_attribute(prim, _TRANSLATION), self._time)
             if isinstance(offset, Gf.Vec3d) and math.isfinite(offset * offset):
