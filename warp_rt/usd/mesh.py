@@ -109,7 +109,7 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
 def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
     prim, authored, skin, time, carried_to, level, _, _ = source
-    points = read_points(prim, time, carried_to) if carried_to else get_value(get_attribute(prim, "points"), time)
+    points: Any = read_points(prim, time, carried_to) if carried_to else get_value(get_attribute(prim, "points"), time)
     counts = get_value(get_attribute(prim, "faceVertexCounts"), time)
     indices = get_value(get_attribute(prim, "faceVertexIndices"), time)
     size = (-1, -1, -1)

@@ -90,9 +90,9 @@ class _Constants(dict[tuple[str, bytes], PlainConstant]):
         for size, members in alike.items():
             joined = np.frombuffer(bytearray().join([value for value, _ in members]), np.float32)
             rows = joined.reshape(len(members), 1, size // joined.itemsize)
-            are_finite = np.isfinite(rows).all(axis=(1, 2)).tolist()
-            for (_, constant), row, is_finite in zip(members, rows, are_finite, strict=True):
-                constant.primvar = Primvar(row) if is_finite else None
+            bad = set(np.flatnonzero(~np.isfinite(rows[:, 0]).all(axis=1)).tolist())
+            for k, ((_, constant), row) in enumerate(zip(members, rows, strict=True)):
+                constant.primvar = None if k in bad else Primvar(row)
 
 
 class PlainValues(NamedTuple):
