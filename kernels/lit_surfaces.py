@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Surfaces of a group that wait for their light: what a light adds to each, sixteen at a time, by vectors.
 
-``shading.whole_illumination`` says what is computed, operation by operation in the same order.
+``light_illumination.whole_illumination`` says what is computed, operation by operation in the same order.
 """
 
 import warp as wp

@@ -19,6 +19,7 @@ from .constants import GROUP, TILE_PIXELS
 from .features import Features
 from .group_structs import RayGroup
 from .group_surfaces import find_surfaces, surface_in_group
+from .light_waiting import light_waiting
 from .line_hit import surface_on_line
 from .list_rays import gather_tasks, list_tasks
 from .observer import Unobserved
@@ -26,7 +27,6 @@ from .per_type import per_type
 from .ray_counts import PRIMARY, count
 from .ray_tree import eye_task, visit_node
 from .sampling import pixel_key
-from .shading import light_waiting
 from .shadow_queue import close_sum, open_queue, settle
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface
