@@ -8,6 +8,7 @@ from .bvh_structs import AccelData, Stack
 from .constants import SHADOW_END
 from .emission import is_mirrored
 from .features import Features, PlainScene
+from .light_hooks import tell_dark_light, tell_light, tell_sample, tell_samples, tell_samples_done, tell_shadow_ray
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_counts import count_shadow
@@ -19,7 +20,6 @@ from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_sum, cast_shadow
 from .structs import FrameData, LightData, SceneData
 from .surface import Surface
-from .tree_hooks import tell_dark_light, tell_light, tell_sample, tell_samples, tell_samples_done, tell_shadow_ray
 from .vector import max_component, max_magnitude
 from .visibility import holds
 from .whole_light import whole_light

@@ -3,10 +3,10 @@
 """Who watches a ray tree grow, at no cost where nobody does.
 
 The functions of the ray tree and of traversal take an ``observer`` and tell it what happens by calling hooks
-(``tree_hooks``, ``traverse_hooks``). ``observed`` compiles each function once for each type of observer that a kernel
-uses. A hook is such a function too, an empty one; an overload of its name says what one type does. So with
-``Unobserved`` no hook leaves an instruction behind, there is one source for rendering, recording and counting, and what
-is recorded is what is rendered.
+(``tree_hooks``, ``light_hooks``, ``traverse_hooks``). ``observed`` compiles each function once for each type of
+observer that a kernel uses. A hook is such a function too, an empty one; an overload of its name says what one type
+does. So with ``Unobserved`` no hook leaves an instruction behind, there is one source for rendering, recording and
+counting, and what is recorded is what is rendered.
 """
 
 from typing import TypeVar

@@ -7,6 +7,7 @@ import warp as wp
 from .bvh_structs import AccelData, Stack
 from .dome_illumination import add_domes
 from .features import Features, PlainScene
+from .light_hooks import tell_own_light
 from .light_illumination import light_illumination
 from .lit_surfaces import await_light
 from .observer import Observer, Unobserved, observed
@@ -17,7 +18,6 @@ from .spawn import is_at_rim
 from .structs import FrameData, SceneData
 from .surface import Surface
 from .tile_structs import ShadowQueue
-from .tree_hooks import tell_own_light
 
 
 @observed

@@ -9,13 +9,13 @@ from .bvh_traverse import any_hit_from, closest_hit_from
 from .codes import CASTS_SHADOW, SHADOW_AUTO, SHADOW_OPAQUE
 from .constants import SHADOW_LIMIT
 from .features import Features, PlainScene
+from .light_hooks import tell_blocked, tell_crossing
 from .material import NO_LEAK, eval_material
 from .observer import Observer, Unobserved, observed
 from .response import MODEL_WHITTED
 from .spawn import spawn_origin
 from .structs import SceneData, ShadowData
 from .surface import make_surface
-from .tree_hooks import tell_blocked, tell_crossing
 from .vector import max_component
 from .visibility import holds, is_present
 
