@@ -74,6 +74,8 @@ def test_what_is_absent_or_has_no_length_changes_nothing(
             np.arange(COUNT) % 7 == 0,
         ),
         *((2, slice(3), 3), (slice(5), slice(3), slice(3)), (np.array([1, 4999]), 0), np.zeros(0, np.int32)),
+        *(np.array([[0, 1], [2, -1]]), ([5, 3], [0, 1]), ([5, 3], slice(3), [0, 1]), (7, [0, 1], [1, 2]), (3, None)),
+        *(True, np.False_, np.arange(COUNT * 16).reshape(COUNT, 4, 4) % 5 == 0),
     ],
 )
 @pytest.mark.parametrize(

@@ -65,14 +65,18 @@ class LazyTransforms(NDArrayOperatorsMixin, ABC):
 
     def __getitem__(self, key: Any) -> np.ndarray:
         rows, *rest = key if isinstance(key, tuple) else (key,)
-        if rows is None or rows is Ellipsis:
+        if rows is None or rows is Ellipsis or _is_mask_of_numbers(rows):
             return self[:][key]
         numbers = row_numbers(rows, len(self))
         found = np.empty((numbers.size, 4, 4))
         for start in range(0, len(found), _BLOCK):
             block = slice(start, start + _BLOCK)
             self.write(numbers.reshape(-1)[block], found[block])
-        return np.asarray(found[(slice(None) if numbers.ndim else 0, *rest)])
+        if numbers.ndim == 1 and not rest:
+            return found
+        # NumPy pairs arrays of rows with arrays among the rest.
+        rows = slice(None) if isinstance(rows, slice) else np.arange(numbers.size).reshape(numbers.shape)
+        return np.asarray(found[(rows, *rest)])
 
     def __iter__(self) -> Iterator[np.ndarray]:
         for start in range(0, len(self), _BLOCK):
@@ -229,6 +233,14 @@ def row_numbers(rows: Any, count: int) -> np.ndarray:
     elif numbers.size and not (-count <= numbers.min() and numbers.max() < count):
         raise IndexError(f"a row is outside the {count} that there are")
     return np.where(numbers < 0, numbers + count, numbers).astype(np.int64, copy=False)
+
+
+def _is_mask_of_numbers(rows: Any) -> bool:
+    """Return whether an index is a mask of other shape than one truth value a row."""
+    if isinstance(rows, slice | int | np.integer) and not isinstance(rows, bool):
+        return False
+    mask = np.asarray(rows)
+    return mask.dtype == bool and mask.ndim != 1
 
 
 def choose(transforms: Transforms, rows: np.ndarray) -> Transforms:
