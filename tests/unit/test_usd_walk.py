@@ -172,6 +172,24 @@ def test_an_op_that_is_missing_or_a_place_out_of_range_costs_only_its_prim() -> 
     assert codes(scene)["/far"] == "W105"
 
 
+@pytest.mark.parametrize(
+    ("size", "scale", "is_told"),
+    [(1, 1e-13, True), (1e-7, 1e-7, True), (1e-7, 1e-4, False), (1, 1e-11, False), (0, 1e-20, False)],
+)
+def test_what_is_smaller_than_float32_has_room_for_is_left_out(size: float, scale: float, is_told: bool) -> None:
+    scene = load(
+        f"""def Mesh "m" {{
+            point3f[] points = [(0,0,0), ({size},0,0), (0,{size},0)]
+            int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2]
+            double3 xformOp:scale = ({scale}, {scale}, {scale})
+            uniform token[] xformOpOrder = ["xformOp:scale"]
+        }}"""
+    )
+    assert drawn(scene) == (set() if is_told else {"/m"})
+    assert codes(scene).get("/m") == ("W105" if is_told else None)
+
+
 def test_transforms_are_read_at_the_time_asked_for() -> None:
     body = f"""
         def Mesh "m" {{ {TRIANGLE}

@@ -53,6 +53,7 @@ UNREADABLE = "W420"
 NOTHING_DRAWN = "N905"
 
 _BLOCK = 1 << 14  # instances at a time: what is computed on the way takes little memory
+_LEAST_SIZE = 1e-12  # world space; products of three coordinates leave float32's range below
 
 
 @contextmanager
@@ -234,21 +235,27 @@ def _held_once(rows: np.ndarray) -> np.ndarray:
 
 
 def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
-    """Return the rows whose transform, with all above it, is invertible and stays within float32's range."""
-    reach = np.nan_to_num(np.abs(local_boxes(gprims.meshes)).max(axis=(1, 2)))[gprims.mesh[group.gprim]]
-    is_good = np.empty(len(group), bool)
+    """Return the rows whose transform, with all above it, is invertible and leaves a size that float32 has room for."""
+    boxes = local_boxes(gprims.meshes)
+    reach = np.nan_to_num(np.abs(boxes).max(axis=(1, 2)))
+    size = np.nan_to_num((boxes[:, 1] - boxes[:, 0]).max(axis=1))  # 0: points at one place, which are no scale's fault
+    mesh = gprims.mesh[group.gprim]
+    is_small, is_good = np.empty((2, len(group)), bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(group), _BLOCK):
             rows = slice(start, start + _BLOCK)
-            matrices = group.matrix[rows]
-            linear, offset = np.abs(matrices[:, :3, :3]), np.abs(matrices[:, :3, 3])
-            extent = linear.sum(axis=(1, 2)) * reach[rows] + offset.sum(axis=1)
-            is_good[rows] = is_regular(matrices) & (extent <= MAX_COORDINATE)
-    bad = gprims.prim[group.gprim[~is_good]]
-    for prim, count in zip(*np.unique(bad, return_counts=True), strict=True):
-        message = f"{count} instances left out: singular, or beyond {MAX_COORDINATE:g} with their transform"
-        report.warn(BAD_TRANSFORM, gprims.prims[prim], message)
-    return np.flatnonzero(is_good)
+            matrices, own = group.matrix[rows], mesh[rows]
+            scale, offset = np.abs(matrices[:, :3, :3]).sum(axis=(1, 2)), np.abs(matrices[:, :3, 3]).sum(axis=1)
+            is_small[rows] = (scale * size[own] < _LEAST_SIZE) & (size[own] > 0)
+            is_good[rows] = is_regular(matrices) & (scale * reach[own] + offset <= MAX_COORDINATE)
+    for left_out, why in (
+        (~is_good, f"singular, or beyond {MAX_COORDINATE:g} with their transform"),
+        (is_good & is_small, f"smaller than {_LEAST_SIZE:g}"),
+    ):
+        prims = gprims.prim[group.gprim[left_out]]
+        for prim, count in zip(*np.unique(prims, return_counts=True), strict=True):
+            report.warn(BAD_TRANSFORM, gprims.prims[prim], f"{count} instances left out: {why}")
+    return np.flatnonzero(is_good & ~is_small)
 
 
 def _read_lights(

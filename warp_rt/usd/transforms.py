@@ -118,7 +118,8 @@ def is_regular(matrices: np.ndarray) -> np.ndarray:
     """Return which transforms are finite and can be inverted: bool, shape [n].
 
     The determinant is compared with the product of the lengths of the axes, so that the size of the object does not
-    matter; below 1e-12 of it, float64 rounding of a product with a singular matrix looks the same.
+    matter; below 1e-12 of it, float64 rounding of a product with a singular matrix looks the same. Where one axis is
+    1e-30 of another, the inverse leaves float32's range.
 
     Args:
         matrices: float64, shape [n, 4, 4].
@@ -129,6 +130,6 @@ def is_regular(matrices: np.ndarray) -> np.ndarray:
     is_finite = np.isfinite(matrices).all(axis=(1, 2))
     axes = np.where(is_finite[:, None, None], matrices[:, :3, :3], 0.0)
     lengths = np.linalg.norm(axes, axis=1)
-    has_extent = (lengths > 0).all(axis=1)
+    has_extent = (lengths > 1e-30 * lengths.max(axis=1, keepdims=True)).all(axis=1)
     unit = axes / np.where(lengths > 0, lengths, 1.0)[:, None]
     return is_finite & has_extent & (np.abs(np.linalg.det(unit)) > 1e-12)
