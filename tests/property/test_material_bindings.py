@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
-from pxr import Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from warp_rt.usd.load import load_stage
 
@@ -27,7 +29,13 @@ def quad(stage: Usd.Stage, path: str) -> Usd.Prim:
     return mesh.GetPrim()
 
 
-def bind_by_chance(prim: Usd.Prim, materials: list[UsdShade.Material], rng: np.random.Generator) -> None:
+def bind_by_chance(
+    prim: Usd.Prim,
+    materials: list[UsdShade.Material],
+    rng: np.random.Generator,
+    groups: Sequence[str] = GROUPS,
+    leaves: Sequence[str] = LEAVES,
+) -> None:
     """Bind up to two materials to a prim, or to a collection on it."""
     api = UsdShade.MaterialBindingAPI.Apply(prim)
     for _ in range(rng.integers(0, 3)):
@@ -38,10 +46,10 @@ def bind_by_chance(prim: Usd.Prim, materials: list[UsdShade.Material], rng: np.r
             continue
         collection = Usd.CollectionAPI.Apply(prim, f"c{rng.integers(3)}")
         collection.CreateExpansionRuleAttr().Set(("expandPrims", "explicitOnly")[rng.integers(2)])
-        for target in (*rng.choice(LEAVES, 2), rng.choice(GROUPS)):
+        for target in (*rng.choice(leaves, 2), rng.choice(groups)):
             collection.CreateIncludesRel().AddTarget(str(target))
         if rng.random() < 0.3:
-            collection.CreateExcludesRel().AddTarget(str(rng.choice(LEAVES)))
+            collection.CreateExcludesRel().AddTarget(str(rng.choice(leaves)))
         api.Bind(collection, material, f"b{rng.integers(3)}", strength, purpose)
 
 
@@ -54,9 +62,8 @@ def said_of(prim: Usd.Prim) -> str:
     return "/__displayColor"
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_materials_are_those_that_usdshade_finds(seed: int) -> None:
-    rng = np.random.default_rng(seed)
+def new_stage() -> tuple[Usd.Stage, list[UsdShade.Material]]:
+    """Return a stage with five materials."""
     stage = Usd.Stage.CreateInMemory()
     materials = []
     for k in range(5):
@@ -65,6 +72,13 @@ def test_materials_are_those_that_usdshade_finds(seed: int) -> None:
         shader.CreateIdAttr("UsdPreviewSurface")
         material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
         materials.append(material)
+    return stage, materials
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_materials_are_those_that_usdshade_finds(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    stage, materials = new_stage()
     for path in GROUPS:
         UsdGeom.Xform.Define(stage, path)
     for path in LEAVES:
@@ -80,3 +94,39 @@ def test_materials_are_those_that_usdshade_finds(seed: int) -> None:
         first = scene.instances.material_offset[row]
         table = scene.instances.material_table[first : first + len(expected)]
         assert [scene.materials[k].path for k in table] == expected, prim.GetPath()
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_materials_within_instances_are_those_that_usdshade_finds(seed: int) -> None:
+    """Collections go by paths, which copies of one prototype do not share, nor need they share their materials."""
+    rng = np.random.default_rng(100 + seed)
+    stage, materials = new_stage()
+    UsdGeom.Xform.Define(stage, "/W")
+    inner = ("m0", "A", "A/m1", "A/m2")
+    for name in inner:
+        if name == "A":
+            UsdGeom.Xform.Define(stage, "/Asset/A")
+        else:
+            quad(stage, f"/Asset/{name}")
+    stage.GetPrimAtPath("/Asset").SetSpecifier(Sdf.SpecifierClass)
+    copies = [f"/W/I{k}" for k in range(4)]
+    for path in copies:
+        copy = UsdGeom.Xform.Define(stage, path).GetPrim()
+        copy.GetReferences().AddInternalReference("/Asset")
+        copy.SetInstanceable(True)
+    own = ("/Asset/A", "/Asset/A/m1")
+    bind_by_chance(stage.GetPrimAtPath("/Asset/A"), materials, rng, own, own)
+    within = [f"{path}/{name}" for path in copies for name in inner]
+    for path in ("/W", *copies) if rng.random() < 0.5 else ("/W",):
+        bind_by_chance(stage.GetPrimAtPath(path), materials, rng, ("/W", *copies), (*copies, *within))
+    if rng.random() < 0.3:
+        collection = Usd.CollectionAPI.Apply(stage.GetPrimAtPath("/W"), "said")
+        collection.CreateMembershipExpressionAttr().Set(Sdf.PathExpression("/W/I1//m* /W/I2/A"))
+        UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/W")).Bind(collection, materials[0], "said")
+    scene = load_stage(stage)
+    assert len(scene.instances) == 12
+    for row in range(len(scene.instances)):
+        drawn_as = scene.prims[scene.instances.prim[row]].split("/")
+        path = "/".join([scene.instance_paths[scene.instances.instance_id[row]], *drawn_as[3:]])
+        material = scene.materials[scene.instances.material_table[scene.instances.material_offset[row]]]
+        assert material.path == said_of(stage.GetPrimAtPath(path)), path

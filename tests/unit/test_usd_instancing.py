@@ -626,3 +626,47 @@ def test_a_primvar_of_its_own_elements_hides_what_instances_would_hand_down(
     scene = load_stage(stage)
     found = scene.instances.primvars.get("displayColor")
     assert (None if found is None else found[0, 0]) == inherited
+
+
+ASSET = f"""
+class "Asset" (prepend apiSchemas = ["MaterialBindingAPI", "CollectionAPI:c"])
+{{
+    rel material:binding = </Asset/Looks/Red>
+    rel material:binding:collection:c = [</Asset.collection:c>, </Asset/Looks/Red>]
+    rel collection:c:includes = </Asset/Leaf>
+    def Mesh "Leaf" {{{TRIANGLE}}}
+    def Scope "Looks"
+    {{
+        def Material "Red"
+        {{
+            token outputs:surface.connect = </Asset/Looks/Red/S.outputs:surface>
+            def Shader "S"
+            {{
+                uniform token info:id = "UsdPreviewSurface"
+                token outputs:surface
+            }}
+        }}
+    }}
+}}
+"""
+
+
+def test_assets_that_bind_their_own_materials_share_one_copy():
+    """What is said at their root names each instance's own path, and means the same in all of them."""
+    copies = "".join(f'def "I{k}" (instanceable = true\nreferences = </Asset>) {{\n}}\n' for k in range(4))
+    scene = load(ASSET + copies)
+    assert (len(scene.instances), len(scene.meshes), len(scene.materials)) == (4, 1, 1)
+    assert not [code for code in codes(scene) if code[0] == "W"]
+
+
+def test_an_asset_that_is_bound_otherwise_where_it_stands_has_a_copy_of_its_own():
+    own = 'rel material:binding = </Blue> (bindMaterialAs = "strongerThanDescendants")\n'
+    blue = ASSET[ASSET.index("        def Material") : ASSET.rindex("    }\n}")].replace("Red", "Blue")
+    blue = blue.replace("/Asset/Looks", "")
+    copies = "".join(
+        f'def "I{k}" (instanceable = true\nreferences = </Asset>) {{\n{own if k == 2 else ""}}}\n' for k in range(4)
+    )
+    scene = load(ASSET.replace("rel material:binding:collection:c", "rel unused") + copies + blue)
+    table = scene.instances.material_table[scene.instances.material_offset]
+    bound = {name: scene.materials[row].path for name, row in zip(names(scene), table, strict=True)}
+    assert bound == {"/I0": "/I0/Looks/Red", "/I1": "/I0/Looks/Red", "/I2": "/Blue", "/I3": "/I0/Looks/Red"}

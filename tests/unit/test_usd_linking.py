@@ -92,6 +92,7 @@ ONLY = "uniform bool LINK:includeRoot = 0\n"
         (ONLY + "rel LINK:includes = </World/a>", {"/World/a/cube", "/World/a/ball"}),
         (ONLY + "rel LINK:includes = </World/a>\nrel LINK:excludes = </World/a/ball>", {"/World/a/cube"}),
         (ONLY + 'rel LINK:includes = </World/a>\nuniform token LINK:expansionRule = "explicitOnly"', set()),
+        ('uniform token LINK:expansionRule = "explicitOnly"', set()),  # the root alone
         (ONLY + 'pathExpression LINK:membershipExpression = "//{isa:Cube}"', {"/World/a/cube", "/World/b"}),
         (ONLY + 'pathExpression LINK:membershipExpression = "/World/a//"', {"/World/a/cube", "/World/a/ball"}),
         (

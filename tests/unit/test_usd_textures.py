@@ -377,7 +377,16 @@ def test_coordinates_that_are_constant_are_the_same_for_every_primvar(image):
     )
     for uv in ([0, 0, 1], [7, -3, 1]):
         np.testing.assert_allclose(texture.uv_transform @ uv, [1.5, 2.25])
-    assert codes == ["W206"]
+    assert codes == []  # somebody means them
+
+
+def test_coordinates_that_nothing_gives_are_told(image):
+    for given in ("", "float2 inputs:translation = (1, 2)"):
+        texture, codes = _coordinates(
+            f'def Shader "A" {{\nuniform token info:id = "UsdTransform2d"\n{given}\nfloat2 outputs:result\n}}', image
+        )
+        np.testing.assert_allclose(texture.uv_transform @ [7, -3, 1], [1, 2] if given else [0, 0])
+        assert codes == ["W206"]
 
 
 def test_unknown_coordinates_are_named(image):

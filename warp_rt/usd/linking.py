@@ -118,4 +118,6 @@ def _is_restricted(collection: Usd.CollectionAPI) -> bool:
         return True
     if collection.GetMembershipExpressionAttr().HasAuthoredValue() or collection.GetModeAttr().HasAuthoredValue():
         return True
+    if collection.GetExpansionRuleAttr().Get() == Usd.Tokens.explicitOnly:  # the root, and nothing below it
+        return True
     return not collection.GetIncludeRootAttr().Get()

@@ -18,6 +18,7 @@ from warp_rt.scene.instance_transforms import choose, nest
 from warp_rt.usd.bindings import read_bindings
 from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
+from warp_rt.usd.instance_bindings import SharedBindings
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
@@ -52,6 +53,7 @@ class Prototypes:
         self._base_time = base_time
         self._report = report
         self._groups: dict[tuple[object, ...], GroupBuilder] = {}
+        self._shared_bindings = SharedBindings(stage)
         self._open: list[Sdf.Path] = []
 
     def add_native_instance(
@@ -81,7 +83,7 @@ class Prototypes:
             *(context.purpose, context.draw_mode, context.card_visibility),
             *(context.hidden_purposes, context.lod_override, context.lod_items, context.level),
         )
-        key = (prim.GetPrototype().GetPath(), style, pose, context.bindings)
+        key = (prim.GetPrototype().GetPath(), style, pose, self._shared_bindings.key(prim, context.bindings))
         group = self._groups.get(key)
         if group is None:
             inside = context._replace(

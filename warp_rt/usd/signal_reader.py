@@ -169,7 +169,7 @@ class SignalReader:
             index = read_constant(shader, "index", self._time, self._report)
             return Signal.of(_primvar_source(coordinate_name(index), (0.0, 0.0)), 2)
         if name.startswith("UsdTransform2d"):
-            given = self._follow(shader.GetInput("in"), material, (2,)) or Signal.constant((0.0, 0.0))
+            given = self._follow(shader.GetInput("in"), material, (2,)) or self._no_coordinates(shader)
             matrix = transform_2d(shader, self._time, self._report)
             return given.resized(2).map(matrix[:2, :2], matrix[:2, 2])
         if node.id in ("ND_hextiledimage_color3", "ND_hextiledimage_color4"):
@@ -316,17 +316,22 @@ class SignalReader:
         except _Unfolded as error:
             self._warn_coordinates(error.node)
             return Coordinates()
-        value = Signal.constant((0.0, 0.0)).value if found is None else found.value
-        if found is None or found.source is None or value is not None:
+        if found is None:
+            found = self._no_coordinates(shader)
+        value, source = found.value, found.source
+        if source is None or value is not None:
             u, v = value[:2] if value and len(value) > 1 else (0.0, 0.0)
-            self._report.warn(NO_COORDINATES, shader.GetPath(), f"has no texture coordinates; ({u:g}, {v:g}) is used")
             return Coordinates.constant(u, v)
-        source = found.source
         if source.texture is not None or source.computed is not None:
             return found.resized(2)
         u, v = source.fallback[:2] if len(source.fallback) > 1 else (0.0, 0.0)
         rows = found.resized(2).matrix[:, [0, 1, -1]]
         return Coordinates(source.primvar, (u, v), np.vstack([rows, [0.0, 0.0, 1.0]]))
+
+    def _no_coordinates(self, shader: UsdShade.Shader) -> Signal:
+        """Return what USD's own nodes have for coordinates that nothing gives, which is told."""
+        self._report.warn(NO_COORDINATES, shader.GetPath(), "has no texture coordinates; (0, 0) is used")
+        return Signal.constant((0.0, 0.0))
 
     def _warn_unknown(self, node: Node, is_known: bool) -> None:
         kind = f"the node {node.id!r}" if node.id else "a node without info:id"
