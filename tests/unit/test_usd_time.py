@@ -146,6 +146,17 @@ def test_template_clips(tmp_path: Path) -> None:
     }
     file = clipped(tmp_path, frames, **template)
     assert [height(load(file, time)) for time in (1, 2, 3)] == [1, 4, 9]
+    assert not any(record.code == "W501" for record in load(file, 1).diagnostics)
+    for number in (1, 2, 3):
+        (tmp_path / f"frame.{number:03}.usda").unlink()
+    assert [record.prim for record in load(file, 1).diagnostics if record.code == "W501"] == ["/w/m"]
+
+
+def test_a_clip_that_is_missing_is_told(tmp_path: Path) -> None:
+    file = clipped(tmp_path, TWO, **explicit(TWO, [(0, 0), (10, 1)]))
+    (tmp_path / "b.usda").unlink()
+    told = [(record.prim, record.message) for record in load(file, 4).diagnostics if record.code == "W501"]
+    assert told == [("/w/m", "1 value clips are missing, such as @./b.usda@: their values are left out")]
 
 
 @pytest.mark.parametrize("is_instanced", [False, True])

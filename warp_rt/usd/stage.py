@@ -148,6 +148,21 @@ def report_composition(stage: Usd.Stage, report: Report) -> None:
     _report_once(sorted(found), report)
 
 
+def report_missing_clips(prim: Usd.Prim, report: Report) -> None:
+    """Record the value clips of a prim that are no files; of those that a template names, that there is none."""
+    clips = Usd.ClipsAPI(prim)
+    for name in clips.GetClips() or ():
+        found = clips.ComputeClipAssetPaths(name)
+        missing = [clip.path for clip in found if not clip.resolvedPath]
+        template = clips.GetClipTemplateAssetPath(name)
+        if missing:
+            message = f"{len(missing)} value clips are missing, such as @{missing[0]}@: their values are left out"
+            report.warn(MISSING_ASSET, prim.GetPath(), message)
+        elif template and not found:
+            message = f"no value clip of the template @{template}@ is found: their values are left out"
+            report.warn(MISSING_ASSET, prim.GetPath(), message)
+
+
 def _muted(stage: Usd.Stage) -> list[str]:
     """Return the sublayers that are muted, of which USD says nothing."""
     muted = set(stage.GetMutedLayers())

@@ -37,7 +37,7 @@ from warp_rt.usd.questions import get_path, get_type_name, has_authored_metadata
 from warp_rt.usd.schemas import FOREIGN, read_labels, report_ignored, report_meaningless
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
-from warp_rt.usd.stage import UNLOADED
+from warp_rt.usd.stage import UNLOADED, report_missing_clips
 from warp_rt.usd.subsets import report_misplaced
 from warp_rt.usd.traits import RENDER_TYPES, SKINNING, Traits, TraitsReader
 from warp_rt.usd.transforms import TransformReader
@@ -168,13 +168,13 @@ class StageWalk:
         elif self._asks_all:
             self._asks_all = False
             report_not_looked_for(prim, ASKED_FOR_SELECTIONS, self._report)
-        has_clips = above.has_clips or has_authored_metadata(prim, "clips")
-        traits = self._traits.read(prim, has_clips)
+        has_own_clips = has_authored_metadata(prim, "clips")
+        traits = self._traits.read(prim, above.has_clips or has_own_clips)
         is_ordinary = (
             traits.is_ordinary
             and not (may_be_unusual or above.is_skinned)
             and above.lod_items is None
-            and has_clips == above.has_clips
+            and not has_own_clips
         )
         here = above
         if not is_ordinary:
@@ -195,7 +195,7 @@ class StageWalk:
                 matrix = place.dot(matrix)
         skin = None
         if not is_ordinary:
-            heeded = self._heed(prim, traits, here, has_clips, matrix, may_be_unusual, builder)
+            heeded = self._heed(prim, traits, here, has_own_clips, matrix, may_be_unusual, builder)
             if heeded is None:
                 return None
             here, skin = heeded
@@ -237,7 +237,7 @@ class StageWalk:
         prim: Usd.Prim,
         traits: Traits,
         here: Context,
-        has_clips: bool,
+        has_own_clips: bool,
         matrix: np.ndarray,
         may_be_unusual: bool,
         builder: GroupBuilder,
@@ -248,7 +248,7 @@ class StageWalk:
             prim: The prim.
             traits: Its own.
             here: What it has from those above it.
-            has_clips: Whether value clips hold values of it.
+            has_own_clips: Whether it has value clips, which hold values of it and of all below it.
             matrix: Group from prim, float64, shape [4, 4].
             may_be_unusual: Whether it may be an instance or a model.
             builder: The group, to which lights, cameras and stand-ins of models are added.
@@ -262,8 +262,9 @@ class StageWalk:
             report_meaningless(prim, prim_type, names, self._time, self._report)
         if prim_type.is_imageable and "purpose" in names:
             here = here._replace(purpose=own_purpose(prim, above.purpose, self._time, self._report))
-        if has_clips != above.has_clips:
-            here = here._replace(has_clips=has_clips)
+        if has_own_clips:
+            here = here._replace(has_clips=True)
+            report_missing_clips(prim, self._report)
         if kind == "SkelRoot" and not above.is_skinned:
             here = here._replace(is_skinned=True)
             self._skins.enter(prim, here.predicate)
