@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import OpenEXR
@@ -185,19 +186,35 @@ def test_a_stage_does_not_decide_about_other_folders(name: str, file: str) -> No
     assert product_file(Product("/R/P", name, Settings()), has_color=True).as_posix() == file
 
 
+def asking(*products: Product, time: float | None = None) -> SimpleNamespace:
+    """A source whose render settings ask for products, and whose scene is at a time."""
+    return SimpleNamespace(products=lambda: products, scene=lambda: SimpleNamespace(time=time))
+
+
+@pytest.mark.parametrize(
+    ("time", "frames", "files"),
+    [(1.0, None, ["a.0001.png"]), (None, None, ["a.0000.png"]), (1.0, "3:4", ["a.0003.png", "a.0004.png"])],
+)
+def test_a_placeholder_takes_the_number_of_the_frame_that_is_drawn(
+    time: float | None, frames: str | None, files: list[str]
+) -> None:
+    shots, _ = product_shots(asking(Product("/P", "a.####.png", Settings()), time=time), "all", frames)
+    assert [shot.output.name for shot in shots] == files
+
+
 def test_a_picture_of_no_colour_is_an_exr() -> None:
     product = Product("/P", "a.png", Settings(), (RenderVar("/V", "V", "normal"),))
-    shots, notes = product_shots([product], "all")
+    shots, notes = product_shots(asking(product), "all")
     assert [(shot.output.name, shot.aovs) for shot in shots] == [("a.png.exr", ("normal",))]
     assert [note.code for note in notes] == ["N904"]
 
 
 def test_what_cannot_be_chosen() -> None:
-    products = [Product("/R/A", "a.exr", Settings()), Product("/R/B", "a.exr", Settings())]
+    products = asking(Product("/R/A", "a.exr", Settings()), Product("/R/B", "a.exr", Settings()))
     with pytest.raises(SceneError, match="no raster product 'C'"):
         product_shots(products, "C")
     with pytest.raises(SceneError, match=r"name no raster product$"):
-        product_shots([], "all")
+        product_shots(asking(), "all")
     with pytest.raises(OutputError, match=r"a\.exr: more than one picture"):
         product_shots(products, "all")
     with pytest.raises(OptionError, match="one file for 2 products"):

@@ -47,7 +47,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         source = open_stage(args)
     else:
         source = open_stage(args)
-        shots, notes = product_shots(source.products(), args.product, args.frames, args.aov, request_output(args))
+        shots, notes = product_shots(source, args.product, args.frames, args.aov, request_output(args))
         found = dict.fromkeys(notes, shots[0].time)
     refined = open_refined_stage(args, options, source=source)
     for shot in shots:

@@ -8,6 +8,7 @@ import argparse
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
     from warp_rt.scene import Product, Scene
+    from warp_rt.scene.source import SceneSource
 
 ALL = "all"
 OTHER_NAME = "N904"
@@ -47,13 +49,13 @@ def make_products(
         output: File of the one product that is chosen; None: each has the name that the stage gives it.
     """
     source = open_stage(args)
-    shots, notes = product_shots(source.products(), args.product, args.frames, args.aov, output)
+    shots, notes = product_shots(source, args.product, args.frames, args.aov, output)
     make_folders(shots)
     return make_pictures(args, terminal, options, shots, view, announce, source, notes)
 
 
 def product_shots(
-    products: Sequence[Product],
+    source: SceneSource,
     chosen: str,
     frames: str | None = None,
     aovs: tuple[str, ...] | None = None,
@@ -62,7 +64,7 @@ def product_shots(
     """Return the pictures of products, and what is to be told about their files.
 
     Args:
-        products: Of the render settings.
+        source: The stage, whose render settings have the products.
         chosen: Path or name of one, or ``all``.
         frames: Time codes, as ``--frames`` has them.
         aovs: What they hold; None: their render vars.
@@ -73,6 +75,7 @@ def product_shots(
         OutputError: Two pictures would be one file.
         SceneError: There is no such product.
     """
+    products = source.products()
     found = [product for product in products if chosen in (ALL, product.path, product.path.rsplit("/", 1)[-1])]
     if not found:
         paths = [product.path for product in products]
@@ -93,7 +96,7 @@ def product_shots(
             if path.as_posix() != product.name:
                 asked = f"productName {product.name!r}" if product.name else "no productName"
                 notes.append(Diagnostic(OTHER_NAME, product.path, f"{asked}: written as {path}"))
-        shots += _numbered(path, frames, held, product)
+        shots += _numbered(path, source, frames, held, product)
     files = [shot.output for shot in shots]
     for file in files:
         if files.count(file) > 1:
@@ -131,10 +134,17 @@ def make_folders(shots: Sequence[Shot]) -> None:
             raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from error
 
 
-def _numbered(path: Path, frames: str | None, aovs: tuple[str, ...], product: Product) -> list[Shot]:
-    """Return a shot for each frame; without a placeholder in the name its number goes before the extension."""
+def _numbered(
+    path: Path, source: SceneSource, frames: str | None, aovs: tuple[str, ...], product: Product
+) -> list[Shot]:
+    """Return a shot for each frame; without a placeholder in the name its number goes before the extension.
+
+    Where no frames are asked for, the one that is drawn has its number; the default time, which has none, is 0.
+    """
+    if frames is None and has_placeholder(path):
+        (path,) = numbered_files(path, (Fraction(source.scene().time or 0),))
     if frames is None:
-        return [Shot(None, path.with_name(path.name.replace("#", "0")), aovs, product)]
+        return [Shot(None, path, aovs, product)]
     codes = parse_frames(frames)
     if not has_placeholder(path) and len(codes) > 1:
         path = path.with_name(f"{path.stem}.####{path.suffix}")
