@@ -50,6 +50,13 @@ IRRADIANCE_WIDTH = wp.constant(64)
 IRRADIANCE_HEIGHT = wp.constant(33)
 """Its rows, which start and end at the poles: most floors face one. An odd number, for walls face the equator."""
 
+# --- ``MaterialData.has_normal_map``
+
+NORMAL_MAP = wp.constant(1)
+"""The input ``normal`` is in the frame of the surface's texture coordinates."""
+WORLD_NORMAL = wp.constant(2)
+"""It is in the world's space."""
+
 # --- ``FrameData.shadow_mode``
 
 SHADOW_OPAQUE = wp.constant(0)

@@ -478,3 +478,25 @@ PIECES_MAX = wp.constant(1 << 22)
 SEAM = wp.constant(1.0e-5)
 """Distance beyond a UDIM tile, in tiles, and beyond the first in parts of its coordinate, at which a place still counts
 as on its edge: interpolated coordinates are off by some units of their last bit."""
+
+HASH_SEED = wp.constant(wp.uint32(0xDEADBEEF + 13))
+"""Where the hash of noises begins, before four times the count of its numbers.
+
+Reference: Jenkins (2006), lookup3.c, ``hashword``."""
+
+UINT32_MAX = wp.constant(4294967295.0)
+"""Largest word, as a number."""
+
+NOISE_REACH = wp.constant(2.0e9)
+"""Coordinate beyond which all cells of noises are one: below 2^31, the largest number that a cell can have."""
+
+PERLIN_SCALE_2D = wp.constant(0.6616)
+"""Brings sums of gradients of the plane about to -1..1; so too ``PERLIN_SCALE_3D``, of space.
+
+Reference: MaterialX's reference library, mx_noise.glsl."""
+
+PERLIN_SCALE_3D = wp.constant(0.9820)
+
+REGISTERS = wp.constant(24)
+"""Values that a program holds at a time, 16 bytes each, on the stack of its thread. A marble needs 4, three images that
+are projected along the axes and mixed 8."""

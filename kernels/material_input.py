@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The inputs of a material at a surface point: constants, primvars, textures."""
+"""The inputs of a material at a surface point: constants, primvars, textures, and what programs compute."""
 
 import warp as wp
 
 from .codes import INPUT_COUNT
 from .features import Features, PlainScene
 from .per_type import per_type
-from .ray_differential import coordinate_differential
+from .program import eval_program
 from .structs import SceneData
 from .surface import Surface
 from .surface_primvar import eval_primvar
-from .texture_node import eval_texture
+from .texture_node import texture_of
 
 
 @wp.func
@@ -33,20 +33,16 @@ def eval_primvar_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: 
 
 
 @wp.func(inline=False)
-def eval_varying_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, is_averaged: bool) -> wp.vec4:
-    """Return an input that is a texture or a primvar, at a surface point; arguments as for the functions around."""
+def eval_varying_input(
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, wo: wp.vec3, is_averaged: bool
+) -> wp.vec4:
+    """Return an input that is no constant, at a surface point; arguments as for the functions around."""
     data = scene.inputs[row]
+    if data.program >= 0:
+        return eval_program(scene, surface, data.program, wo, is_averaged)
     if data.texture < 0:
         return eval_primvar_input(scene, surface, row)
-    texture = scene.textures[data.texture]
-    fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
-    st = eval_primvar(scene, surface, texture.primvar, fallback)
-    across = wp.vec2(0.0, 0.0)
-    down = wp.vec2(0.0, 0.0)
-    if scene.is_filtered != 0 and is_averaged:
-        across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
-        down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
-    return pick_channel(eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down), data.channel)
+    return pick_channel(texture_of(scene, surface, data.texture, is_averaged), data.channel)
 
 
 @per_type
@@ -55,6 +51,7 @@ def eval_input(
     surface: wp.ref[Surface],
     varying: int,
     index: int,
+    wo: wp.vec3,
     is_averaged: bool,
     features: Features,
 ) -> wp.vec4:
@@ -65,12 +62,13 @@ def eval_input(
         surface: Where.
         varying: ``MaterialData.varying``.
         index: Of the input.
+        wo: Unit, towards the viewer.
         is_averaged: Whether a texture gives its mean over the ray's footprint.
         features: What the kernel can render.
     """
     row = surface.material * INPUT_COUNT + index
     if varying & (1 << index) != 0:
-        return eval_varying_input(scene, surface, row, is_averaged)
+        return eval_varying_input(scene, surface, row, wo, is_averaged)
     return scene.input_values[row]
 
 
@@ -80,6 +78,7 @@ def eval_input(
     surface: wp.ref[Surface],
     varying: int,
     index: int,
+    wo: wp.vec3,
     is_averaged: bool,
     features: wp.ref[PlainScene],
 ) -> wp.vec4:
@@ -92,16 +91,16 @@ def eval_input(
 
 @per_type
 def input_vec3(
-    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, features: Features
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, wo: wp.vec3, features: Features
 ) -> wp.vec3:
     """Return a colour input of the surface's material."""
-    value = eval_input(scene, surface, varying, index, True, features)
+    value = eval_input(scene, surface, varying, index, wo, True, features)
     return wp.vec3(value[0], value[1], value[2])
 
 
 @per_type
 def input_float(
-    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, features: Features
+    scene: wp.ref[SceneData], surface: wp.ref[Surface], varying: int, index: int, wo: wp.vec3, features: Features
 ) -> float:
     """Return a scalar input of the surface's material."""
-    return eval_input(scene, surface, varying, index, True, features)[0]
+    return eval_input(scene, surface, varying, index, wo, True, features)[0]

@@ -67,7 +67,7 @@ def eval_opacity(
     """Return the opacity of what is there of the surface, and write how much that is to ``Shading.presence``."""
     # A cut-out's edge is where opacity crosses the threshold: the mean of what lies about it says nothing of that.
     is_averaged = material.opacity_threshold <= 0.0
-    opacity = wp.clamp(eval_input(scene, surface, material.varying, _OPACITY, is_averaged, features)[0], 0.0, 1.0)
+    opacity = wp.clamp(eval_input(scene, surface, material.varying, _OPACITY, s.wo, is_averaged, features)[0], 0.0, 1.0)
     if material.opacity_threshold > 0.0:
         opacity = 1.0 if opacity >= material.opacity_threshold else 0.0
     s.presence = 1.0
@@ -144,14 +144,14 @@ def eval_preview(
     s.n = shading_normal(scene, surface, material, wo, features)
     s.wo = wo
     opacity = eval_opacity(scene, surface, material, side, s, features)
-    color = input_vec3(scene, surface, material.varying, _DIFFUSE_COLOR, features)
-    metallic = wp.clamp(input_float(scene, surface, material.varying, _METALLIC, features), 0.0, 1.0)
-    roughness = wp.max(input_float(scene, surface, material.varying, _ROUGHNESS, features), ROUGHNESS_MIN)
-    ior = input_float(scene, surface, material.varying, _IOR, features)
+    color = input_vec3(scene, surface, material.varying, _DIFFUSE_COLOR, wo, features)
+    metallic = wp.clamp(input_float(scene, surface, material.varying, _METALLIC, wo, features), 0.0, 1.0)
+    roughness = wp.max(input_float(scene, surface, material.varying, _ROUGHNESS, wo, features), ROUGHNESS_MIN)
+    ior = input_float(scene, surface, material.varying, _IOR, wo, features)
     one = wp.vec3(1.0, 1.0, 1.0)
     s.specular = preview_f0(
         color,
-        input_vec3(scene, surface, material.varying, _SPECULAR_COLOR, features),
+        input_vec3(scene, surface, material.varying, _SPECULAR_COLOR, wo, features),
         metallic,
         ior,
         material.use_specular_workflow,
@@ -163,14 +163,14 @@ def eval_preview(
         s.diffuse = s.diffuse * (1.0 - metallic)
     # Exact Fresnel reflectance is 0 at all angles where it is 0 head on; Schlick's would still be 1 at grazing ones.
     s.specular_grazing = s.specular_grazing * wp.min(GRAZING_FADE * max_component(s.specular), 1.0)
-    s.ambient = s.diffuse * input_float(scene, surface, material.varying, _OCCLUSION, features)
-    s.emission = input_vec3(scene, surface, material.varying, _EMISSIVE_COLOR, features)
+    s.ambient = s.diffuse * input_float(scene, surface, material.varying, _OCCLUSION, wo, features)
+    s.emission = input_vec3(scene, surface, material.varying, _EMISSIVE_COLOR, wo, features)
     s.alpha = roughness * roughness
     s.coat_f0 = dielectric_f0(ior)
-    s.coat = wp.clamp(input_float(scene, surface, material.varying, _COAT, features), 0.0, 1.0) * wp.min(
+    s.coat = wp.clamp(input_float(scene, surface, material.varying, _COAT, wo, features), 0.0, 1.0) * wp.min(
         GRAZING_FADE * s.coat_f0, 1.0
     )
-    coat_roughness = wp.max(input_float(scene, surface, material.varying, _COAT_ROUGHNESS, features), ROUGHNESS_MIN)
+    coat_roughness = wp.max(input_float(scene, surface, material.varying, _COAT_ROUGHNESS, wo, features), ROUGHNESS_MIN)
     s.coat_alpha = coat_roughness * coat_roughness
     s.has_local = 1
     is_closed = scene.meshes[surface.mesh].is_closed

@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .codes import INPUT_COUNT, PREVIEW_INPUTS
+from .codes import INPUT_COUNT, PREVIEW_INPUTS, WORLD_NORMAL
 from .constants import HORIZON, JUST_SEEN
 from .features import Features, PlainScene
 from .material_input import input_vec3
@@ -19,6 +19,15 @@ from .vector import face_forward
 _NORMAL = wp.constant(PREVIEW_INPUTS.index("normal"))
 
 
+@wp.func
+def just_seen(bent: wp.vec3, n: wp.vec3, wo: wp.vec3) -> wp.vec3:
+    """Return a bent normal, unit, and brought back to where it is just seen; ``n`` where it is none."""
+    if wp.length_sq(bent) > 0.0:
+        unit = wp.normalize(bent)
+        return wp.normalize(unit + wo * wp.max(JUST_SEEN - wp.dot(unit, wo), 0.0))
+    return n
+
+
 @per_type
 def shading_normal(
     scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, features: Features
@@ -29,6 +38,9 @@ def shading_normal(
     where it is just seen, so that nothing jumps; turned round it would face what is behind the surface.
     """
     n = face_forward(surface.n_shading, wo)
+    if material.has_normal_map == WORLD_NORMAL:
+        m = input_vec3(scene, surface, material.varying, _NORMAL, wo, features)
+        return just_seen(m * wp.sign(wp.dot(n, surface.n_shading)), n, wo)
     if material.has_normal_map != 0:
         data = scene.inputs[surface.material * INPUT_COUNT + _NORMAL]
         slot = int(wp.static(int(NORMALS_SLOT) + 1))  # that of st: the frame of what is no texture
@@ -39,12 +51,10 @@ def shading_normal(
         t = tangent - n * wp.dot(n, tangent)
         b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
         if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
-            m = input_vec3(scene, surface, material.varying, _NORMAL, features)
+            m = input_vec3(scene, surface, material.varying, _NORMAL, wo, features)
             side = wp.sign(wp.dot(n, surface.n_shading))
             bent = (wp.normalize(t) * m[0] + wp.normalize(b) * m[1]) * side + n * m[2]
-            if wp.length_sq(bent) > 0.0:
-                bent = wp.normalize(bent)
-                n = wp.normalize(bent + wo * wp.max(JUST_SEEN - wp.dot(bent, wo), 0.0))
+            return just_seen(bent, n, wo)
     return n
 
 

@@ -61,6 +61,14 @@ class InstanceData:
 
 
 @wp.struct
+class ObjectSpace:
+    """The space of a prim, where programs are computed, and that of its mesh, which unit shapes share."""
+
+    object_from_mesh: mat34
+    mesh_from_object: mat34
+
+
+@wp.struct
 class ImageData:
     """Texels of one image in the scene's shared arrays."""
 
@@ -109,6 +117,27 @@ class InputData:
     scale: wp.vec4
     """Of a primvar: what is read is value * scale + bias."""
     bias: wp.vec4
+    program: wp.int32
+    """Row of ``SceneData.programs``, which then says all; -1: none."""
+
+
+@wp.struct
+class InstructionData:
+    """One step of what is computed at a surface point: register ``out`` becomes what ``op`` makes of others."""
+
+    op: wp.int32
+    """As ``op_codes`` has them."""
+    out: wp.int32
+    a: wp.int32
+    """Registers that it reads, as many as it needs; the others are 0."""
+    b: wp.int32
+    c: wp.int32
+    size: wp.int32
+    """Components that are computed."""
+    data: wp.int32
+    """Where it has any: row of ``SceneData.textures``, primvar slot, or kind of noise."""
+    values: wp.int32
+    """First of its constants in ``SceneData.program_values``."""
 
 
 @wp.struct
@@ -122,6 +151,7 @@ class MaterialData:
     is_single_sided: wp.int32
     """Whether it is absent from behind."""
     has_normal_map: wp.int32
+    """NORMAL_MAP, WORLD_NORMAL, or 0."""
     varying: wp.int32
     """A bit an input, the first one lowest: 1 where it is a texture or a primvar."""
 
@@ -353,6 +383,16 @@ class SceneData:
     """Row-major [material, input]; of constants they mean nothing."""
     input_values: wp.array[wp.vec4]
     """Row-major [material, input]: constants, their channel taken; what stands in for a primvar that is missing."""
+    programs: wp.array[wp.vec2i]
+    """Of each its first row of ``instructions``, and their number. What it computes is in register 0."""
+    instructions: wp.array[InstructionData]
+    program_values: wp.array[wp.vec4]
+    origin: wp.vec3
+    """World point that coordinates are relative to."""
+    mesh_origins: wp.array[wp.vec3]
+    """Points that the coordinates of meshes are relative to, in each one's own space; none without programs."""
+    object_spaces: wp.array[ObjectSpace]
+    """By ``InstanceData.prim``; none without programs."""
     textures: wp.array[TextureData]
     images: wp.array[ImageData]
     tiles: wp.array[wp.int32]

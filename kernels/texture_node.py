@@ -4,7 +4,10 @@
 
 import warp as wp
 
+from .ray_differential import coordinate_differential
 from .structs import SceneData, TextureData
+from .surface import Surface
+from .surface_primvar import eval_primvar
 from .texture import sample_footprint
 from .udim import sample_tiles
 
@@ -41,3 +44,24 @@ def eval_texture(
         return wp.cw_mul(value, texture.scale) + texture.bias
     value = sample_footprint(scene, texture.image, u, v, across_image, down_image, texture.wrap_s, texture.wrap_t)
     return wp.cw_mul(value, texture.scale) + texture.bias
+
+
+@wp.func
+def texture_of(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, is_averaged: bool) -> wp.vec4:
+    """Return a texture at a surface point's own texture coordinates.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        row: Of ``SceneData.textures``.
+        is_averaged: Whether it is its mean over the ray's footprint.
+    """
+    texture = scene.textures[row]
+    fallback = wp.vec4(texture.uv_fallback[0], texture.uv_fallback[1], 0.0, 0.0)
+    st = eval_primvar(scene, surface, texture.primvar, fallback)
+    across = wp.vec2(0.0, 0.0)
+    down = wp.vec2(0.0, 0.0)
+    if scene.is_filtered != 0 and is_averaged:
+        across = coordinate_differential(scene, surface, texture.primvar, surface.dpdx)
+        down = coordinate_differential(scene, surface, texture.primvar, surface.dpdy)
+    return eval_texture(scene, texture, wp.vec2(st[0], st[1]), across, down)

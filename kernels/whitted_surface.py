@@ -38,14 +38,14 @@ def eval_whitted(
     s.n = shading_normal(scene, surface, material, wo, features)
     s.wo = wo
     s.presence = 1.0
-    s.ambient = input_vec3(scene, surface, material.varying, _AMBIENT, features)
-    s.diffuse = input_vec3(scene, surface, material.varying, _DIFFUSE, features)
-    s.specular = input_vec3(scene, surface, material.varying, _SPECULAR, features)
-    s.exponent = wp.max(input_float(scene, surface, material.varying, _SHININESS, features), 0.0)
-    s.kr = input_vec3(scene, surface, material.varying, _REFLECTION, features)
-    s.kt = input_vec3(scene, surface, material.varying, _TRANSMISSION, features)
+    s.ambient = input_vec3(scene, surface, material.varying, _AMBIENT, wo, features)
+    s.diffuse = input_vec3(scene, surface, material.varying, _DIFFUSE, wo, features)
+    s.specular = input_vec3(scene, surface, material.varying, _SPECULAR, wo, features)
+    s.exponent = wp.max(input_float(scene, surface, material.varying, _SHININESS, wo, features), 0.0)
+    s.kr = input_vec3(scene, surface, material.varying, _REFLECTION, wo, features)
+    s.kt = input_vec3(scene, surface, material.varying, _TRANSMISSION, wo, features)
     is_closed = scene.meshes[surface.mesh].is_closed
-    s.eta = passage_eta(is_closed, side, input_float(scene, surface, material.varying, _IOR, features))
+    s.eta = passage_eta(is_closed, side, input_float(scene, surface, material.varying, _IOR, wo, features))
     local = s.diffuse + s.specular
     s.has_local = 1 if wp.max(local[0], wp.max(local[1], local[2])) > 0.0 else 0
     return s

@@ -187,7 +187,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W303": (
         bound(
             shader("UsdPreviewSurface", "float inputs:roughness.connect = </M/N.outputs:out>"),
-            f'def Shader "N" {{ {shader("ND_noise3d_float")} float outputs:out\n}}',
+            f'def Shader "N" {{ {shader("ND_crosshatch_float")} float outputs:out\n}}',
         ),
         {"/M/N"},
     ),

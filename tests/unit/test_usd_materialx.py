@@ -13,6 +13,7 @@ from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import OpacityMode, Wrap
+from warp_rt.scene.programs import Op
 from warp_rt.scene.texture_values import texture_values
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.load import load_stage
@@ -200,8 +201,7 @@ def test_primvars_are_scaled_and_shifted():
 @pytest.mark.parametrize(
     ("identifier", "lines"),
     [
-        ("ND_multiply_color3", (wire("in1", "T"), wire("in2", "U"))),
-        ("ND_noise3d_color3", ()),
+        ("ND_crosshatch_color3", ()),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = -1")),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = 7")),
         ("ND_luminance_color3", (wire("in", "T"), "float inputs:lumacoeffs = 0.3")),
@@ -209,9 +209,23 @@ def test_primvars_are_scaled_and_shifted():
     ],
 )
 def test_what_does_not_fold_is_named(image, identifier, lines):
-    other = node("U", "ND_geompropvalue_color3", 'string inputs:geomprop = "paint"')
-    found, _, _, codes = read(picture(image, "color3") + other + node("N", identifier, *lines))
+    found, _, _, codes = read(picture(image, "color3") + node("N", identifier, *lines))
     assert (found, codes) == (None, ["W303"])
+
+
+def test_a_texture_times_a_primvar_is_a_program(image):
+    other = node("U", "ND_geompropvalue_color3", 'string inputs:geomprop = "paint"')
+    product = node("N", "ND_multiply_color3", wire("in1", "T"), wire("in2", "U"))
+    found, _, reader, codes = read(picture(image, "color3") + other + product)
+    assert [step.op for step in found.program.steps] == [Op.TEXTURE, Op.PRIMVAR, Op.MULTIPLY]
+    assert (list(found.program.primvars), list(found.program.textures), codes) == (["paint"], [0], [])
+    assert reader.textures[0].primvar == "st"
+
+
+def test_components_of_a_primvar_that_are_mixed_are_a_program():
+    paint = node("U", "ND_geompropvalue_color3", 'string inputs:geomprop = "paint"')
+    found, _, _, codes = read(paint + node("N", "ND_luminance_color3", wire("in", "U")))
+    assert ([step.op for step in found.program.steps], codes) == ([Op.PRIMVAR, Op.AFFINE], [])
 
 
 @pytest.mark.parametrize(
@@ -655,7 +669,17 @@ def test_sets_of_coordinates(image, index, name):
 
 
 def test_coordinates_that_do_not_fold_are_named(image):
-    assert moved(image, node("P", "ND_noise3d_vector2"))[1:] == ("st", ["W303"])
+    assert moved(image, node("P", "ND_crosshatch_vector2"))[1:] == ("st", ["W303"])
+
+
+def test_an_image_at_a_place_in_space_is_read_by_a_program(image):
+    place = node("P", "ND_position_vector3") + node("Q", "ND_convert_vector3_vector2", wire("in", "P"))
+    image_node = node("N", "ND_image_color3", f"asset inputs:file = @{image}@", wire("texcoord", "Q", kind="float2"))
+    found, _, _, codes = read(place + image_node)
+    steps = found.program.steps
+    assert [step.op for step in steps].count(Op.TEXTURE_AT) == 1
+    assert {Op.POSITION, Op.POSITION_ACROSS, Op.POSITION_DOWN} <= {step.op for step in steps}
+    assert codes == []
 
 
 # --- surfaces

@@ -312,8 +312,3 @@ def test_hexagons_are_the_image_repeated_and_told(tmp_path):
     values, codes = read(node("N", "ND_hextiledimage_color3", *lines), [((1.375 / 2), (2.625 / 3))])
     np.testing.assert_allclose(values[0], texels[1, 1] / 255, atol=1e-6)
     assert codes == ["W303"]
-
-
-@pytest.mark.parametrize("identifier", ["ND_noise3d_float", "ND_position_vector3", "ND_triplanarprojection_float"])
-def test_what_needs_a_place_in_space_is_told(identifier):
-    assert read(node("N", identifier)) == (None, ["W303"])

@@ -40,7 +40,7 @@ def _is_there(scene: Scene, name: str) -> bool:
 
 
 def _constant(source: Input) -> Input:
-    if source.texture >= 0:
+    if source.texture >= 0 or source.program is not None:
         return source
     value = np.asarray(source.value, np.float32) * np.asarray(source.scale, np.float32)
     value += np.asarray(source.bias, np.float32)

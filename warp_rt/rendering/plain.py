@@ -32,4 +32,4 @@ def _is_plain_light(light: Light, options: RenderOptions) -> bool:
 def _is_plain_material(material: Material) -> bool:
     normal = material.inputs.get("normal")
     bends = normal is not None and (normal.varies or tuple(normal.value[:3]) != _STRAIGHT)
-    return not bends and not any(source.texture >= 0 for source in material.inputs.values())
+    return not bends and not any(source.texture >= 0 or source.program for source in material.inputs.values())

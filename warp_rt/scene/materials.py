@@ -10,6 +10,8 @@ from enum import IntEnum
 
 import numpy as np
 
+from warp_rt.scene.programs import Program
+
 
 class MaterialModel(IntEnum):
     """Which illumination a material asks for."""
@@ -91,7 +93,7 @@ class Texture:
 
 @dataclass(frozen=True)
 class Input:
-    """One input of a surface: a constant, a texture's channel(s), or a primvar."""
+    """One input of a surface: a constant, a texture's channel(s), a primvar, or what a program computes."""
 
     value: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     """The constant; for a primvar, the fallback where the mesh has none of that name. Scalars sit in element 0."""
@@ -104,11 +106,15 @@ class Input:
     scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     """Of a primvar, or its fallback: what is read is value * scale + bias. A texture has its own."""
     bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    program: Program | None = None
+    """What it is, in place of all else."""
+    is_world_normal: bool = False
+    """Whether what a program gives is a normal in the world's space, not one in the frame of texture coordinates."""
 
     @property
     def varies(self) -> bool:
         """Whether it is no constant."""
-        return self.texture >= 0 or bool(self.primvar)
+        return self.texture >= 0 or bool(self.primvar) or self.program is not None
 
 
 MATERIAL_DEFAULTS: Mapping[MaterialModel, Mapping[str, tuple[float, ...]]] = {

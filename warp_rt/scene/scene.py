@@ -33,6 +33,9 @@ class Scene:
     """Path of each primId."""
     instance_paths: Sequence[str] = ()
     """Path of each instanceId: the native instance, or ``/Instancer[7]``."""
+    object_from_local: Mapping[int, np.ndarray] = field(default_factory=dict)
+    """By primId, where the space that programs know the prim by is not that of its mesh, as of shapes that share a unit
+    shape: float64, shape [4, 4]."""
     labels: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     """Semantic labels: prim path to taxonomy to labels."""
     materials: tuple[Material, ...] = ()

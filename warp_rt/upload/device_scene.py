@@ -23,6 +23,7 @@ from warp_rt.upload.device_images import DeviceImages
 from warp_rt.upload.lights import pack_lights, with_hiding_bodies
 from warp_rt.upload.materials import pack_materials
 from warp_rt.upload.meshes import pack_meshes, primvar_size, primvar_slots, slot_name
+from warp_rt.upload.programs import pack_spaces
 from warp_rt.upload.specular_albedo import specular_albedo
 
 
@@ -94,6 +95,7 @@ def upload_scene(
         previous=None if previous is None else previous.images,
     )
     pack_materials(data, pack, scene, slots, images)
+    pack_spaces(data, pack, scene, placement)
     data.albedo = pack.array(specular_albedo().reshape(-1, 2), wp.vec2)
     lights = with_hiding_bodies(scene, shadows)
     pack_lights(data, pack, lights, scene.domes, placement.origin, images, samples_domes=samples_domes)

@@ -12,9 +12,10 @@ import warp as wp
 
 from warp_rt.device.arrays import Packer
 from warp_rt.kernels import structs
-from warp_rt.kernels.codes import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
+from warp_rt.kernels.codes import INPUT_COUNT, NORMAL_MAP, PREVIEW_INPUTS, WHITTED_INPUTS, WORLD_NORMAL
 from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, Scene, Texture
 from warp_rt.upload.device_images import DeviceImages
+from warp_rt.upload.programs import ProgramTable
 
 _INPUT_ROWS = {MaterialModel.WHITTED: WHITTED_INPUTS, MaterialModel.PREVIEW: PREVIEW_INPUTS}
 """Order of a material's inputs on the device."""
@@ -31,17 +32,20 @@ def pack_materials(data: Any, pack: Packer, scene: Scene, slots: Mapping[str, in
         images: What textures show.
     """
     data.materials = pack.records(structs.MaterialData, [_material_record(material) for material in scene.materials])
+    programs = ProgramTable(slots)
     inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), structs.InputData.numpy_dtype())
     values = np.zeros((*inputs.shape, 4), np.float32)
     for row, value, material in zip(inputs, values, scene.materials, strict=True):
         for k, name in enumerate(_INPUT_ROWS[material.model]):
             source = material.inputs.get(name) or _default(material.model, name)
             primvar = slots[source.primvar] if source.primvar else -1
-            row[k] = (source.texture, primvar, source.channel, source.scale, source.bias)
+            program = -1 if source.program is None else programs.row(source.program)
+            row[k] = (source.texture, primvar, source.channel, source.scale, source.bias, program)
             takes_channel = source.channel >= 0 and not source.varies
             value[k] = source.value[source.channel] if takes_channel else source.value
     data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
     data.input_values = pack.array(values.reshape(-1, 4), wp.vec4)
+    programs.pack(data, pack)
     textures = [_texture_record(texture, slots, images) for texture in scene.textures]
     data.textures = pack.records(structs.TextureData, textures)
 
@@ -64,6 +68,13 @@ def _texture_record(texture: Texture, slots: Mapping[str, int], images: DeviceIm
     }
 
 
+def _normal_map(normal: Input | None) -> int:
+    """Return ``kernels.structs.MaterialData.has_normal_map``."""
+    if normal is None or not (normal.varies or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)):
+        return 0
+    return int(WORLD_NORMAL if normal.is_world_normal else NORMAL_MAP)
+
+
 def _material_record(material: Material) -> dict[str, Any]:
     normal = material.inputs.get("normal")
     return {
@@ -72,7 +83,7 @@ def _material_record(material: Material) -> dict[str, Any]:
         "opacity_mode": int(material.opacity_mode),
         "opacity_threshold": material.opacity_threshold,
         "is_single_sided": material.is_single_sided,
-        "has_normal_map": normal is not None and (normal.varies or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)),
+        "has_normal_map": _normal_map(normal),
         "varying": sum(
             1 << k
             for k, name in enumerate(_INPUT_ROWS[material.model])

@@ -45,7 +45,9 @@ def primvar_slots(scene: Scene, shown: Iterable[str]) -> dict[str, int]:
         shown: AOVs that are primvars.
     """
     used = [texture.primvar for texture in scene.textures]
-    used += [source.primvar for m in scene.materials for source in m.inputs.values() if source.primvar]
+    for source in (source for material in scene.materials for source in material.inputs.values()):
+        used += [source.primvar] if source.primvar else []
+        used += source.program.primvars if source.program else ()
     names = dict.fromkeys((_NORMALS, "st", *used, *map(slot_name, shown)))
     return {name: slot for slot, name in enumerate(names)}
 

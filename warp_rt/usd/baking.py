@@ -184,7 +184,7 @@ class _Evaluation:
             if source.computed.texture is not None:
                 return texture_values(source.computed.texture, self._images, arguments[0])
             with np.errstate(all="ignore"):
-                values = np.asarray(source.computed.function(*arguments), float)
+                values = np.asarray(source.computed.of_arrays(*arguments), float)
             is_number = np.isfinite(values)
             if not is_number.all():
                 self._is_undefined |= ~is_number.all(axis=1)

@@ -8,7 +8,11 @@ Applications, Journal of the Korean Physical Society 41(6): the cubics.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+
+from warp_rt.usd.signals import Signal, add, apply, choose, join, multiply, steps_of
 
 _COLDEST, _HOTTEST = 800.0, 25000.0  # [K]; others count as the nearer end
 _X_COOL = (-0.2661239, -0.2343580, 0.8776956, 0.179910)  # cubics of 1000 K by the temperature
@@ -36,3 +40,24 @@ def blackbody(temperature: np.ndarray) -> np.ndarray:
     )
     xyz = np.stack([x / y, np.ones_like(x), (1.0 - x - y) / y], axis=1)
     return np.maximum(xyz @ _RGB_FROM_XYZ.T, 0.0)
+
+
+@steps_of(blackbody)
+def _blackbody_steps(temperature: Signal) -> Signal:
+    def cubic(coefficients: Sequence[float], at: Signal) -> Signal:
+        total = Signal.constant([0.0])
+        for coefficient in coefficients:
+            total = add(multiply(total, at), Signal.constant([coefficient]))
+        return total
+
+    def is_below(limit: float) -> Signal:
+        return apply(np.greater, Signal.constant([limit]), kelvin)
+
+    one = Signal.constant([1.0])
+    kelvin = apply(np.clip, temperature, Signal.constant([_COLDEST]), Signal.constant([_HOTTEST]))
+    inverse = apply(np.reciprocal, kelvin).map(np.array([[1000.0]]))
+    x = choose(is_below(_COOL), cubic(_X_COOL, inverse), cubic(_X_HOT, inverse))
+    y = choose(is_below(_COLD), cubic(_Y_COLD, x), choose(is_below(_COOL), cubic(_Y_COOL, x), cubic(_Y_HOT, x)))
+    share = apply(np.reciprocal, y)
+    xyz = join([multiply(x, share), one, multiply(add(add(one, x, -1.0), y, -1.0), share)])
+    return apply(np.maximum, xyz.map(_RGB_FROM_XYZ), Signal.constant([0.0]))

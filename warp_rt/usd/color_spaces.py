@@ -25,6 +25,7 @@ UNKNOWN_COLOR_SPACE = "W205"
 
 _LINEAR = Gf.ColorSpace(Gf.ColorSpaceNames.LinearRec709)
 _SRGB_CURVE = (2.4, 0.055)
+_SRGB_FOOT = (0.04045, 1 / 12.92)  # IEC 61966-2-1
 _COLOR = Sdf.ValueRoleNames.Color
 
 # Names that others have for the spaces of Gf, in lower case; those of Gf are their own.
@@ -85,11 +86,18 @@ class ColorSpace:
         if self.gamma == 1.0:
             return values
         power = ((values + self.bias) / (1 + self.bias)) ** self.gamma
-        if self.bias <= 0.0:
-            return power
+        knee, slope = self.foot
+        return np.where(values < knee, values * slope, power) if knee > 0.0 else power
+
+    @property
+    def foot(self) -> tuple[float, float]:
+        """The value below which the curve is a straight line through the origin, and its slope; 0, 0: none."""
+        if (self.gamma, self.bias) == _SRGB_CURVE:
+            return _SRGB_FOOT
+        if self.bias <= 0.0 or self.gamma == 1.0:
+            return 0.0, 0.0
         knee = self.bias / (self.gamma - 1)
-        slope = self.gamma / (1 + self.bias) * ((knee + self.bias) / (1 + self.bias)) ** (self.gamma - 1)
-        return np.where(values < knee, values * slope, power)
+        return knee, self.gamma / (1 + self.bias) * ((knee + self.bias) / (1 + self.bias)) ** (self.gamma - 1)
 
 
 @functools.cache

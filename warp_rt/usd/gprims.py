@@ -46,6 +46,8 @@ class Gprims:
     """int32, shape [n], row of ``material_sets``."""
     primvars: tuple[frozenset[str], ...]
     """Names of the primvars of each mesh."""
+    object_from_local: Mapping[int, np.ndarray]
+    """By row of ``prims``, of those that are unit shapes: see ``Scene``."""
 
     def has_own(self, name: str, rows: np.ndarray) -> np.ndarray:
         """Return which rows have a mesh with a primvar of that name: bool, shape [k]."""
@@ -62,8 +64,10 @@ class _Listed(NamedTuple):
     """Row of the sources of geometry."""
     context: Context
     """What its children have from it."""
-    materials: tuple[int, ...]
+    materials: tuple[int, ...] = ()
     """Those that it has whatever is bound; empty: none."""
+    object_from_local: np.ndarray | None = None
+    """Of a unit shape, float64, shape [4, 4]."""
 
 
 class GprimReader:
@@ -129,7 +133,7 @@ class GprimReader:
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
-        return self._add(prim, get_path(prim), shape.key, shape, context)
+        return self._add(prim, get_path(prim), shape.key, shape, context, object_from_local=shape.local_from_unit)
 
     def add_stand_in(self, prim: Usd.Prim, context: Context, stand_in: StandIn) -> int:
         """List a model that is replaced; return its row."""
@@ -143,11 +147,12 @@ class GprimReader:
         source: Source | Shape | StandIn,
         context: Context,
         materials: tuple[int, ...] = (),
+        object_from_local: np.ndarray | None = None,
     ) -> int:
         row = self._rows.setdefault(key, len(self._sources))
         if row == len(self._sources):
             self._sources.append(source)
-        self._listed.append(_Listed(prim, path, row, context, materials))
+        self._listed.append(_Listed(prim, path, row, context, materials, object_from_local))
         return len(self._listed) - 1
 
     def read(self) -> Gprims:
@@ -158,6 +163,7 @@ class GprimReader:
         drawn: list[Mesh | Shapes] = []
         prims: dict[tuple[Sdf.Path, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
+        spaces: dict[int, np.ndarray] = {}
         for listed in self._listed:
             source = sources[listed.source]
             if source is None:
@@ -170,6 +176,8 @@ class GprimReader:
             if len(meshes) > len(drawn):
                 drawn.append(source.mesh if move is None else self._displacements.apply(source.mesh, move))
             prim = prims.setdefault((listed.path, listed.context.tail_start), len(prims))
+            if listed.object_from_local is not None:
+                spaces[prim] = listed.object_from_local
             rows.append((mesh, prim, material_sets.setdefault(bound, len(material_sets))))
         of_mesh, of_prim, of_materials = np.array(rows, np.int32).reshape(-1, 3).T.copy()
         return Gprims(
@@ -181,6 +189,7 @@ class GprimReader:
             prim=of_prim,
             materials=of_materials,
             primvars=tuple(frozenset(one.primvars) for one in drawn),
+            object_from_local=spaces,
         )
 
     def report_unreached(self, instances: Instances, prims: Sequence[str]) -> None:

@@ -14,8 +14,9 @@ from warp_rt.scene import Input, Texture
 from warp_rt.usd.baking import Baked, bake
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.mixed_texture import mixed_texture
+from warp_rt.usd.program_compiler import compile_program
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
-from warp_rt.usd.signals import CHANNELS, Signal, Source
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source
 
 LOSSY = "W313"
 BAKED = "N938"
@@ -55,7 +56,7 @@ class InputRows:
         """By key of what was made of a field."""
 
     def lower(self, found: Signal, count: int, path: Sdf.Path) -> Input | None:
-        """Return a signal as an input of ``count`` components; None, told, where no texture or primvar gives it.
+        """Return a signal as an input of ``count`` components; None, told, where nothing gives it.
 
         Args:
             found: The signal.
@@ -69,6 +70,8 @@ class InputRows:
         linear, offset, source = matrix[:, :-1], matrix[:, -1], found.source
         if source is None:
             return None
+        if source.computed is not None and source.coordinates is None:
+            return self._program(Signal(matrix, source), path)
         if source.computed is not None:
             source = self._baked(source, path)
         channel = _common_channel(matrix)
@@ -77,9 +80,7 @@ class InputRows:
         is_plain = channel >= 0 or np.array_equal(linear, diagonal)
         if source.texture is None:
             if not is_plain:
-                message = "mixes the components of a primvar, which is not supported; the default is used"
-                self._report.warn(UNKNOWN_NODE, path, message)
-                return None
+                return self._program(Signal(matrix, source), path)
             scale, bias = _scale_and_bias(matrix, channel)
             fallback = _components(source.fallback, count) if channel <= 0 else _components(source.fallback, CHANNELS)
             return Input(value=fallback, primvar=source.primvar, channel=channel, scale=scale, bias=bias)
@@ -96,6 +97,23 @@ class InputRows:
         """Return the row of a new texture."""
         self.textures.append(texture)
         return len(self.textures) - 1
+
+    def _program(self, found: Signal, path: Sdf.Path) -> Input | None:
+        """Return the input that a program computes; None, told, where it would be too large for one."""
+        try:
+            return Input(program=compile_program(found, lambda source: self._plain_row(source, path)))
+        except DoesNotFold:
+            message = "what its network computes is too much for a program; the default is used"
+            self._report.warn(UNKNOWN_NODE, path, message)
+            return None
+
+    def _plain_row(self, source: Source, path: Sdf.Path) -> int:
+        """Return the row of a texture as it is, or of what is made of a field."""
+        source = source if source.computed is None else self._baked(source, path)
+        row = self._row(source, (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0))
+        if source.key in self._unknown:
+            self.unknown_beyond[row] = self._unknown[source.key]
+        return row
 
     def _baked(self, source: Source, path: Sdf.Path) -> Source:
         """Return the texture that is made of a field, which is told: as a warning where that loses something."""

@@ -15,7 +15,7 @@ from pxr import Tf, Usd
 
 from warp_rt.errors import LimitError, SceneError
 from warp_rt.report import Report
-from warp_rt.scene import Camera, Dome, Instances, Light, Scene, local_boxes
+from warp_rt.scene import Camera, Dome, Instances, Light, Material, Scene, local_boxes
 from warp_rt.scene.instance_transforms import choose
 from warp_rt.usd.cameras import read_camera, report_hidden, report_unexposed
 from warp_rt.usd.draw_modes import StandInReader
@@ -175,6 +175,7 @@ def load_stage(
         instances=instances,
         prims=gprims.prims,
         instance_paths=group.names,
+        object_from_local=gprims.object_from_local if any(map(_has_program, surfaces)) else {},
         labels=walk.labels,
         materials=surfaces,
         textures=tuple(materials.textures),
@@ -208,6 +209,10 @@ def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[Non
         raise LimitError(f"{name}: {error}") from error
     except UnicodeDecodeError as error:
         raise SceneError(f"{name}: the file is damaged: it holds text that is not UTF-8") from error
+
+
+def _has_program(material: Material) -> bool:
+    return any(source.program is not None for source in material.inputs.values())
 
 
 def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:

@@ -267,6 +267,10 @@ class MaterialReader:
         """Return the height that a shader gives; None where it is 0 everywhere."""
         port = shader.GetInput("displacement")
         height = self._inputs.read(port, 1, material.GetPrim()) if port else None
+        if height is not None and height.program is not None:
+            message = "displacement that is computed of the place is not supported; left out"
+            self._report.warn(DISPLACEMENT, port.GetAttr().GetPath(), message)
+            return None
         return None if height == Input() else height
 
     def _warn_dangling(self, relationship: Usd.Relationship) -> None:

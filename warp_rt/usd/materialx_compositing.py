@@ -13,9 +13,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from warp_rt.usd.node_inputs import Node, NodeInputs
-from warp_rt.usd.signals import Signal, add, apply, apply_to_all, blend, join, multiply
+from warp_rt.usd.signals import Signal, add, apply, apply_to_all, blend, choose, join, multiply, steps_of
 
 _ONE = Signal.constant([1.0])
+_NONE = Signal.constant([0.0])
 _LEAST = 1e-6  # below which a divisor counts as 0, as in the reference library
 
 
@@ -52,9 +53,24 @@ def _overlay(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
     return np.where(background >= 0.5, high, low)
 
 
+@steps_of(_overlay)
+def _overlay_steps(foreground: Signal, background: Signal) -> Signal:
+    product = multiply(foreground, background)
+    low = add(product, product)
+    rest = multiply(add(_ONE, foreground, -1.0), add(_ONE, background, -1.0))
+    high = add(_ONE, rest, -2.0)
+    return choose(apply(np.greater_equal, background, Signal.constant([0.5])), high, low)
+
+
 def _burn(foreground: np.ndarray, background: np.ndarray, share: np.ndarray) -> np.ndarray:
     burnt = share * (1.0 - (1.0 - background) / foreground) + (1.0 - share) * background
     return np.where(np.abs(foreground) < _LEAST, 0.0, burnt)
+
+
+@steps_of(_burn)
+def _burn_steps(foreground: Signal, background: Signal, share: Signal) -> Signal:
+    burnt = add(_ONE, multiply(add(_ONE, background, -1.0), apply(np.reciprocal, foreground)), -1.0)
+    return choose(_is_least(foreground), _NONE, blend(background, burnt, share))
 
 
 def _dodge(foreground: np.ndarray, background: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -62,26 +78,64 @@ def _dodge(foreground: np.ndarray, background: np.ndarray, share: np.ndarray) ->
     return np.where(np.abs(1.0 - foreground) < _LEAST, 0.0, dodged)
 
 
+@steps_of(_dodge)
+def _dodge_steps(foreground: Signal, background: Signal, share: Signal) -> Signal:
+    rest = add(_ONE, foreground, -1.0)
+    dodged = multiply(background, apply(np.reciprocal, rest))
+    return choose(_is_least(rest), _NONE, blend(background, dodged, share))
+
+
+def _is_least(divisor: Signal) -> Signal:
+    return apply(np.greater, Signal.constant([_LEAST]), apply(np.abs, divisor))
+
+
 def _over(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
     return np.asarray(foreground + background * (1.0 - foreground[:, 3:]))
+
+
+@steps_of(_over)
+def _over_steps(foreground: Signal, background: Signal) -> Signal:
+    return add(foreground, multiply(background, add(_ONE, foreground.pick([3]), -1.0)))
 
 
 def _in(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
     return np.asarray(foreground * background[:, 3:])
 
 
+@steps_of(_in)
+def _in_steps(foreground: Signal, background: Signal) -> Signal:
+    return multiply(foreground, background.pick([3]))
+
+
 def _mask(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
     return np.asarray(background * foreground[:, 3:])
+
+
+@steps_of(_mask)
+def _mask_steps(foreground: Signal, background: Signal) -> Signal:
+    return multiply(background, foreground.pick([3]))
 
 
 def _out(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
     return np.asarray(foreground * (1.0 - background[:, 3:]))
 
 
+@steps_of(_out)
+def _out_steps(foreground: Signal, background: Signal) -> Signal:
+    return multiply(foreground, add(_ONE, background.pick([3]), -1.0))
+
+
 def _matte(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
     alpha = foreground[:, 3:]
     color = foreground[:, :3] * alpha + background[:, :3] * (1.0 - alpha)
     return np.concatenate([color, alpha + background[:, 3:] * (1.0 - alpha)], axis=1)
+
+
+@steps_of(_matte)
+def _matte_steps(foreground: Signal, background: Signal) -> Signal:
+    alpha = foreground.pick([3])
+    color = blend(background.pick(range(3)), foreground.pick(range(3)), alpha)
+    return join([color, add(alpha, multiply(background.pick([3]), add(_ONE, alpha, -1.0)))])
 
 
 def _disjoint_over(foreground: np.ndarray, background: np.ndarray) -> np.ndarray:
@@ -91,6 +145,17 @@ def _disjoint_over(foreground: np.ndarray, background: np.ndarray) -> np.ndarray
     color = foreground[:, :3] + background[:, :3] * share
     is_none = (total > 1.0) & (np.abs(background[:, 3:]) < _LEAST)
     return np.concatenate([np.where(is_none, 0.0, color), np.minimum(total, 1.0)], axis=1)
+
+
+@steps_of(_disjoint_over)
+def _disjoint_over_steps(foreground: Signal, background: Signal) -> Signal:
+    top, below = foreground.pick([3]), background.pick([3])
+    total = add(top, below)
+    is_more = apply(np.greater, total, _ONE)
+    share = choose(is_more, multiply(add(_ONE, top, -1.0), apply(np.reciprocal, below)), _ONE)
+    color = add(foreground.pick(range(3)), multiply(background.pick(range(3)), share))
+    is_none = multiply(is_more, _is_least(below))
+    return join([choose(is_none, _NONE, color), apply(np.minimum, total, _ONE)])
 
 
 def _premultiply(node: NodeInputs) -> Signal:
@@ -105,6 +170,12 @@ def _unpremultiply(node: NodeInputs) -> Signal:
 def _divided_by_alpha(color: np.ndarray) -> np.ndarray:
     alpha = color[:, 3:]
     return np.concatenate([np.where(alpha == 0, color[:, :3], color[:, :3] / alpha), alpha], axis=1)
+
+
+@steps_of(_divided_by_alpha)
+def _divided_by_alpha_steps(color: Signal) -> Signal:
+    alpha, first = color.pick([3]), color.pick(range(3))
+    return join([choose(alpha, multiply(first, apply(np.reciprocal, alpha)), first), alpha])
 
 
 COMPOSITES: Mapping[str, Node] = {

@@ -16,7 +16,9 @@ import numpy as np
 from warp_rt.usd.blackbody import blackbody
 from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
 from warp_rt.usd.materialx_compositing import COMPOSITES
+from warp_rt.usd.materialx_noises import NOISES
 from warp_rt.usd.materialx_patterns import PATTERNS, smooth_step
+from warp_rt.usd.materialx_places import PLACES, dot, length, unit
 from warp_rt.usd.node_inputs import SIZES, Node, NodeInputs
 from warp_rt.usd.signals import (
     CHANNELS,
@@ -27,10 +29,12 @@ from warp_rt.usd.signals import (
     apply_to_all,
     apply_to_slope,
     blend,
+    choose,
     join,
     multiply,
+    steps_of,
 )
-from warp_rt.usd.texture_coordinates import rotation
+from warp_rt.usd.texture_coordinates import rotation, rotation_in_space
 
 _NODE = re.compile(r"ND_(?:(logical_[a-z]+)|([a-z0-9]+)(?:_(.+))?)")
 _TYPE = re.compile("|".join(SIZES))
@@ -124,11 +128,6 @@ def _divide(node: NodeInputs) -> Signal:
     return multiply(node.get("in1"), apply(np.reciprocal, node.get("in2", 1.0)))
 
 
-def _dot_product(node: NodeInputs) -> Signal:
-    product = multiply(node.get("in1"), node.get("in2"))
-    return product.map(np.ones((1, product.size)))
-
-
 def _luminance(node: NodeInputs) -> Signal:
     color, weights = node.get("in"), node.get("lumacoeffs", _AP1_LUMINANCE).constant_value()
     result = color.pick(range(3)).map(np.tile(weights, (3, 1)))
@@ -150,21 +149,21 @@ def _gamma_curve(values: np.ndarray, gamma: np.ndarray) -> np.ndarray:
     return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / gamma))
 
 
+@steps_of(_gamma_curve)
+def _gamma_curve_steps(values: Signal, gamma: Signal) -> Signal:
+    return apply(_safe_power, values, apply(np.reciprocal, gamma))
+
+
 def _if(holds: np.ufunc) -> Node:
-    def chosen(first: np.ndarray, second: np.ndarray, yes: np.ndarray, no: np.ndarray) -> np.ndarray:
-        return np.where(holds(first, second), yes, no)
-
-    chosen.__name__ = f"chosen where {holds.__name__}"  # tells all about it, as ``apply`` asks for
-
-    def choose(node: NodeInputs) -> Signal:
+    def branch(node: NodeInputs) -> Signal:
         first, second = (node.read(name) or Signal.constant([value]) for name, value in (("value1", 1), ("value2", 0)))
         if node.kinds == ("boolean",) and node.read("in1") is None and node.read("in2") is None:
             return apply(holds, first, second)
         if first.value is not None and second.value is not None:
             return node.get("in1" if holds(first.value[0], second.value[0]) else "in2")
-        return apply(chosen, first, second, node.get("in1"), node.get("in2"))
+        return choose(apply(holds, first, second), node.get("in1"), node.get("in2"))
 
-    return choose
+    return branch
 
 
 def _switch(node: NodeInputs) -> Signal:
@@ -187,16 +186,9 @@ def _rotate(node: NodeInputs) -> Signal:
 
 
 def _rotate_in_space(node: NodeInputs) -> Signal:
-    """Return a vector turned about an axis, clockwise as seen from its tip.
-
-    Reference: Rodrigues (1840); MaterialX multiplies rows by matrices.
-    """
+    """Return a vector turned about an axis."""
     axis = node.get("axis", (0.0, 1.0, 0.0)).constant_value()
-    x, y, z = axis / np.linalg.norm(axis)
-    angle = np.radians(node.number("amount", 0.0))
-    crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn = np.eye(3) - np.sin(angle) * crossed + (1.0 - np.cos(angle)) * crossed @ crossed
-    return node.get("in").resized(3).map(turn)
+    return node.get("in").resized(3).map(rotation_in_space(node.number("amount", 0.0), axis))
 
 
 def _normal_map(node: NodeInputs) -> Signal:
@@ -292,27 +284,19 @@ def _blackbody(node: NodeInputs) -> Signal:
 
 
 def _magnitude(node: NodeInputs) -> Signal:
-    return apply_to_all(_length, 1, node.get("in"))
+    return apply_to_all(length, 1, node.get("in"))
 
 
 def _distance(node: NodeInputs) -> Signal:
-    return apply_to_all(_length, 1, add(node.get("in1"), node.get("in2"), -1.0))
+    return apply_to_all(length, 1, add(node.get("in1"), node.get("in2"), -1.0))
 
 
 def _normalize(node: NodeInputs) -> Signal:
-    return apply_to_all(_unit, node.size, node.get("in").resized(node.size))
+    return apply_to_all(unit, node.size, node.get("in").resized(node.size))
 
 
 def _cross_product(node: NodeInputs) -> Signal:
     return apply_to_all(np.cross, 3, node.get("in1").resized(3), node.get("in2").resized(3))
-
-
-def _length(values: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(values, axis=1, keepdims=True)
-
-
-def _unit(values: np.ndarray) -> np.ndarray:
-    return np.asarray(values / np.maximum(_length(values), np.finfo(float).tiny))
 
 
 # --- component by component
@@ -322,16 +306,62 @@ def _safe_power(base: np.ndarray, exponent: np.ndarray) -> np.ndarray:
     return np.asarray(np.sign(base) * np.abs(base) ** exponent)
 
 
+@steps_of(_safe_power)
+def _safe_power_steps(base: Signal, exponent: Signal) -> Signal:
+    return multiply(apply(np.sign, base), apply(np.power, apply(np.abs, base), exponent))
+
+
 def _rounded(values: np.ndarray) -> np.ndarray:
     return np.floor(values + 0.5)  # halves upwards, where NumPy's own takes them to even numbers
+
+
+@steps_of(_rounded)
+def _rounded_steps(values: Signal) -> Signal:
+    return apply(np.floor, add(values, Signal.constant([0.5])))
 
 
 def _triangle_wave(values: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 - np.abs(np.abs(values) % 1.0 - 0.5))
 
 
+@steps_of(_triangle_wave)
+def _triangle_wave_steps(values: Signal) -> Signal:
+    half = Signal.constant([0.5])
+    part = apply(np.mod, apply(np.abs, values), Signal.constant([1.0]))
+    return add(half, apply(np.abs, add(part, half, -1.0)), -1.0)
+
+
 def _fraction(values: np.ndarray) -> np.ndarray:
     return np.asarray(values - np.floor(values))
+
+
+@steps_of(_fraction)
+def _fraction_steps(values: Signal) -> Signal:
+    return add(values, apply(np.floor, values), -1.0)
+
+
+@steps_of(np.logical_not)
+def _not_steps(value: Signal) -> Signal:
+    return choose(value, Signal.constant([0.0]), Signal.constant([1.0]))
+
+
+@steps_of(np.logical_and)
+def _and_steps(first: Signal, second: Signal) -> Signal:
+    return choose(first, _truth(second), Signal.constant([0.0]))
+
+
+@steps_of(np.logical_or)
+def _or_steps(first: Signal, second: Signal) -> Signal:
+    return choose(first, Signal.constant([1.0]), _truth(second))
+
+
+@steps_of(np.logical_xor)
+def _xor_steps(first: Signal, second: Signal) -> Signal:
+    return choose(first, apply(np.logical_not, second), _truth(second))
+
+
+def _truth(value: Signal) -> Signal:
+    return choose(value, Signal.constant([1.0]), Signal.constant([0.0]))
 
 
 def _unary(function: Callable[[np.ndarray], np.ndarray]) -> Node:
@@ -344,7 +374,9 @@ def _binary(function: Callable[..., np.ndarray], second: float) -> Node:
 
 _NODES: Mapping[str, Node] = {
     **COMPOSITES,
+    **NOISES,
     **PATTERNS,
+    **PLACES,
     "constant": lambda node: node.get("value"),
     "dot": lambda node: node.get("in"),
     "convert": _convert,
@@ -357,7 +389,7 @@ _NODES: Mapping[str, Node] = {
     "multiply": lambda node: multiply(node.get("in1"), node.get("in2", 1.0)),
     "divide": _divide,
     "invert": lambda node: add(node.get("amount", 1.0), node.get("in"), -1.0),
-    "dotproduct": _dot_product,
+    "dotproduct": lambda node: dot(node.get("in1"), node.get("in2")),
     "luminance": _luminance,
     "range": _range,
     "remap": _range,

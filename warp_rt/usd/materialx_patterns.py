@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""MaterialX's nodes of texture coordinates: ramps, splits, chequers, shapes and noises.
+"""MaterialX's nodes of texture coordinates: ramps, splits, chequers and shapes.
 
 Reference: MaterialX Specification 1.39, Procedural Nodes, and the node graphs of its reference library.
 """
@@ -11,21 +11,36 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from warp_rt.scene.programs import Op
 from warp_rt.usd.node_inputs import Node, NodeInputs
-from warp_rt.usd.noise import cells, perlin, perlin_vector, worley, worley_vector
-from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, blend, join, multiply
-from warp_rt.usd.texture_coordinates import rotation
+from warp_rt.usd.signals import (
+    DoesNotFold,
+    Signal,
+    add,
+    apply,
+    apply_to_all,
+    blend,
+    choose,
+    multiply,
+    of_surface,
+    steps_of,
+)
 
-_FRACTAL = (("lacunarity", 2.0), ("diminish", 0.5))
 _MAX_STOPS = 10
-_MAX_OCTAVES = 16  # beyond, they are finer than texels are
-_ALPHA_OFFSET = (19.0, 73.0)  # where the fourth component of a noise is that of a number
+_ZERO, _ONE, _HALF = (Signal.constant([value]) for value in (0.0, 1.0, 0.5))
 
 
 def smooth_step(value: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Return MaterialX's smoothstep: 0 up to ``low``, 1 from ``high`` on, and between 3 x^2 - 2 x^3."""
     x = np.clip((value - low) / (high - low), 0, 1)
     return np.asarray(x * x * (3 - 2 * x))
+
+
+@steps_of(smooth_step)
+def _smooth_step_steps(value: Signal, low: Signal, high: Signal) -> Signal:
+    share = multiply(add(value, low, -1.0), apply(np.reciprocal, add(high, low, -1.0)))
+    x = apply(np.clip, share, _ZERO, _ONE)
+    return multiply(multiply(x, x), add(Signal.constant([3.0]), x, -2.0))
 
 
 def _along(node: NodeInputs, axis: int) -> Signal:
@@ -55,6 +70,11 @@ def _step(value: np.ndarray, edge: np.ndarray) -> np.ndarray:
     return np.asarray(value >= edge, float)
 
 
+@steps_of(_step)
+def _step_steps(value: Signal, edge: Signal) -> Signal:
+    return apply(np.greater_equal, value, edge)
+
+
 def _checkerboard(node: NodeInputs) -> Signal:
     tiling, offset = (
         (node.read(name) or Signal.constant([value] * 2)).resized(2)
@@ -68,73 +88,10 @@ def _is_odd(place: np.ndarray) -> np.ndarray:
     return np.asarray(np.floor(place).sum(axis=1, keepdims=True) % 2)
 
 
-def _noise(node: NodeInputs) -> Signal:
-    found = _perlin_at(node.coordinates, node.size)
-    return add(multiply(found, node.get("amplitude", 1.0)), node.get("pivot", 0.0))
-
-
-def _fractal(node: NodeInputs) -> Signal:
-    """Return octaves of noise, each ``lacunarity`` times as fine as the one before and ``diminish`` times as strong."""
-    octaves = int(node.number("octaves", 3.0))
-    if not 0 <= octaves <= _MAX_OCTAVES:
-        raise DoesNotFold
-    place, total, strength = node.coordinates, Signal.constant([0.0] * node.size), Signal.constant([1.0])
-    lacunarity, diminish = (node.read(name) or Signal.constant([value]) for name, value in _FRACTAL)
-    for _ in range(octaves):
-        total = add(total, multiply(_perlin_at(place, node.size), strength))
-        place, strength = multiply(place, lacunarity), multiply(strength, diminish)
-    return multiply(total, node.get("amplitude", 1.0))
-
-
-def _perlin_at(place: Signal, size: int) -> Signal:
-    """Return the noise of a number, of as many components of a vector, or of a colour and its alpha."""
-    if size == 1:
-        return apply_to_all(perlin, 1, place)
-    vector = apply_to_all(perlin_vector, 3, place)
-    if size < 4:
-        return vector.pick(range(size))
-    return join([vector, apply_to_all(perlin, 1, add(place, Signal.constant(_ALPHA_OFFSET)))])
-
-
-def _cells(node: NodeInputs) -> Signal:
-    return apply_to_all(cells, 1, node.coordinates)
-
-
-def _worley(node: NodeInputs) -> Signal:
-    """Return the distances to the nearest points, as many as there are components."""
-    if node.number("style", 0.0):
-        raise DoesNotFold
-    jitter = Signal.constant([node.number("jitter", 1.0)])
-    if node.size == 1:
-        return apply_to_all(worley, 1, node.coordinates, jitter)
-    return apply_to_all(worley_vector, 3, node.coordinates, jitter).pick(range(node.size))
-
-
-def _unified(node: NodeInputs) -> Signal:
-    """Return one of the noises, scaled, moved, and turned by the jitter in a way that nobody can tell from chance."""
-    kind, jitter = int(node.number("type", 0.0)), node.number("jitter", 1.0)
-    place = multiply(node.coordinates, (node.read("freq") or Signal.constant([1.0, 1.0])).resized(2))
-    place = add(place, (node.read("offset") or Signal.constant([0.0, 0.0])).resized(2))
-    turned = place.map(rotation(90000.0 * (jitter - 1.0)))
-    if kind == 0:
-        found = apply_to_all(perlin, 1, turned).map(np.array([[0.5]]), 0.5)
-    elif kind == 1:
-        found = apply_to_all(cells, 1, turned)
-    elif kind == 2 and not node.number("style", 0.0):
-        found = apply_to_all(worley, 1, place, Signal.constant([jitter]))
-    else:
-        raise DoesNotFold  # a fractal in space
-    low, high = node.get("outmin"), node.get("outmax", 1.0)
-    found = blend(low, high, found)
-    return apply(np.clip, found, low, high) if node.number("clampoutput", 1.0) else found
-
-
-def _random(node: NodeInputs) -> Signal:
-    """Return the number of a cell that value and seed name."""
-    scale = 1.0 if node.kinds[0] == "integer" else 4096.0
-    place = join([node.get("in").pick([0]).map(np.array([[scale]])), Signal.constant([node.number("seed", 0.0)])])
-    low, high = (node.read(name) or Signal.constant([value]) for name, value in (("min", 0.0), ("max", 1.0)))
-    return blend(low, high, apply_to_all(cells, 1, place))
+@steps_of(_is_odd)
+def _is_odd_steps(place: Signal) -> Signal:
+    cell = apply(np.floor, place)
+    return apply(np.mod, cell.map(np.ones((1, cell.size))), Signal.constant([2.0]))
 
 
 def _circle(node: NodeInputs) -> Signal:
@@ -145,6 +102,12 @@ def _circle(node: NodeInputs) -> Signal:
 
 def _is_within(place: np.ndarray, radius: np.ndarray) -> np.ndarray:
     return np.asarray((place**2).sum(axis=1, keepdims=True) <= radius**2, float)
+
+
+@steps_of(_is_within)
+def _is_within_steps(place: Signal, radius: Signal) -> Signal:
+    squared = multiply(place, place)
+    return apply(np.greater_equal, multiply(radius, radius), squared.map(np.ones((1, squared.size))))
 
 
 def _line(node: NodeInputs) -> Signal:
@@ -162,6 +125,15 @@ def _is_by_line(place: np.ndarray, start: np.ndarray, end: np.ndarray, radius: n
     way, way_to = end - start, place - start
     along = np.clip((way_to * way).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)[:, None]
     return np.asarray(np.linalg.norm(way_to - along * way, axis=1, keepdims=True) <= radius, float)
+
+
+@steps_of(_is_by_line)
+def _is_by_line_steps(place: Signal, start: Signal, end: Signal, radius: Signal) -> Signal:
+    way, way_to = add(end, start, -1.0), add(place, start, -1.0)
+    total = np.ones((1, 2))
+    share = multiply(multiply(way_to, way).map(total), apply(np.reciprocal, multiply(way, way).map(total)))
+    off = add(way_to, multiply(way, apply(np.clip, share, _ZERO, _ONE)), -1.0)
+    return apply(np.greater_equal, radius, of_surface(Op.LENGTH, 1, off))
 
 
 def _ramp_of_stops(node: NodeInputs) -> Signal:
@@ -191,32 +163,76 @@ def _from_stop(before: np.ndarray, beyond: np.ndarray, place: np.ndarray, stop: 
     return np.where(place > stop, beyond, before)
 
 
+@steps_of(_from_stop)
+def _from_stop_steps(before: Signal, beyond: Signal, place: Signal, stop: Signal) -> Signal:
+    return choose(apply(np.greater, place, stop), beyond, before)
+
+
 def _across(st: np.ndarray) -> np.ndarray:
     return st[:, :1]
+
+
+@steps_of(_across)
+def _across_steps(st: Signal) -> Signal:
+    return st.pick([0])
 
 
 def _about(st: np.ndarray) -> np.ndarray:
     return np.asarray(np.arctan2(st[:, :1] - 0.5, st[:, 1:] - 0.5) / (2.0 * np.pi) + 0.5)
 
 
+@steps_of(_about)
+def _about_steps(st: Signal) -> Signal:
+    off = add(st, _HALF, -1.0)
+    return apply(np.arctan2, off.pick([0]), off.pick([1])).map(np.array([[0.5 / np.pi]]), 0.5)
+
+
 def _away(st: np.ndarray) -> np.ndarray:
     return np.linalg.norm(st - 0.5, axis=1, keepdims=True) * 1.414  # the reference library's root of 2
+
+
+@steps_of(_away)
+def _away_steps(st: Signal) -> Signal:
+    return of_surface(Op.LENGTH, 1, add(st, _HALF, -1.0)).map(np.array([[1.414]]))
 
 
 def _in_squares(st: np.ndarray) -> np.ndarray:
     return np.asarray(2.0 * np.abs(st - 0.5).max(axis=1, keepdims=True))
 
 
+@steps_of(_in_squares)
+def _in_squares_steps(st: Signal) -> Signal:
+    off = apply(np.abs, add(st, _HALF, -1.0))
+    return apply(np.maximum, off.pick([0]), off.pick([1])).map(np.array([[2.0]]))
+
+
 def _straight(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.clip((place - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
+
+
+@steps_of(_straight)
+def _straight_steps(place: Signal, low: Signal, high: Signal) -> Signal:
+    width = choose(apply(np.greater, high, low), add(high, low, -1.0), _ONE)
+    return apply(np.clip, multiply(add(place, low, -1.0), apply(np.reciprocal, width)), _ZERO, _ONE)
 
 
 def _smooth(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return smooth_step(place, low, np.where(high > low, high, low + 1.0))
 
 
+@steps_of(_smooth)
+def _smooth_steps(place: Signal, low: Signal, high: Signal) -> Signal:
+    end = choose(apply(np.greater, high, low), high, add(low, _ONE))
+    return apply(smooth_step, place, low, end)
+
+
 def _stepped(place: np.ndarray, _: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.asarray(place >= high, float)
+
+
+@steps_of(_stepped)
+def _stepped_steps(place: Signal, _: Signal, high: Signal) -> Signal:
+    return apply(np.greater_equal, place, high)
 
 
 PATTERNS: Mapping[str, Node] = {
@@ -229,11 +245,5 @@ PATTERNS: Mapping[str, Node] = {
     "checkerboard": _checkerboard,
     "circle": _circle,
     "line": _line,
-    "noise2d": _noise,
-    "fractal2d": _fractal,
-    "cellnoise2d": _cells,
-    "worleynoise2d": _worley,
-    "unifiednoise2d": _unified,
-    "randomfloat": _random,
 }
 """By name of the node."""

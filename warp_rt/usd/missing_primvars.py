@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Material, Mesh, Shapes, Texture
+from warp_rt.scene.programs import Op
 from warp_rt.usd.gprims import Gprims
 from warp_rt.usd.placement import Group
 from warp_rt.usd.primvars import WIDTHS, WRONG_TYPE, is_drawable
@@ -80,15 +81,26 @@ def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, tuple[i
         before = names.get(name, (0, False))
         names[name] = max(before[0], width), before[1] or is_coordinate
 
+    def ask_for_coordinates(row: int) -> None:
+        if textures[row].image >= 0 and np.any(textures[row].uv_transform[:, :2]):
+            ask(textures[row].primvar, 2, True)
+
     for value in material.inputs.values():
+        if value.program is not None:
+            for step in value.program.steps:
+                if step.op is Op.PRIMVAR:
+                    ask(step.primvar, 1, False)
+                elif step.op is Op.TEXTURE:
+                    ask_for_coordinates(step.texture)
+                elif step.primvar:
+                    ask(step.primvar, 2, True)
+            continue
         if value.texture < 0:
             if value.primvar and value.primvar not in WIDTHS:  # whose types are checked where they are read
                 read = np.flatnonzero(value.scale[:3])  # of a vector
                 ask(value.primvar, value.channel + 1 if value.channel >= 0 else int(read.max(initial=0)) + 1, False)
             continue
-        texture = textures[value.texture]
-        if texture.image >= 0 and np.any(texture.uv_transform[:, :2]):
-            ask(texture.primvar, 2, True)
+        ask_for_coordinates(value.texture)
     return names
 
 

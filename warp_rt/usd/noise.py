@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Noises of two coordinates as MaterialX's reference library has them, which are those of the Open Shading Language.
+"""Noises of the plane as MaterialX's reference library has them, which are those of the Open Shading Language.
 
 Reference: Perlin (2002), Improving Noise, SIGGRAPH 2002; Worley (1996), A Cellular Texture Basis Function, SIGGRAPH 96;
 Jenkins (2006), lookup3.c, public domain: its final mix of three words is the hash.

@@ -11,7 +11,7 @@ import numpy as np
 from pxr import Sdf
 
 from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, OpacityMode
-from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, blend, multiply
+from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, blend, multiply, steps_of
 from warp_rt.usd.surface_inputs import InputReader
 
 _DEFAULTS = MATERIAL_DEFAULTS[MaterialModel.PREVIEW]
@@ -141,3 +141,9 @@ def _specular(surface: PreviewSignals, lost: list[str]) -> PreviewSignals:
 def _reflectance(ior: np.ndarray) -> np.ndarray:
     """Return the reflectance head on of a medium in vacuum."""
     return np.asarray(np.square((1.0 - ior) / (1.0 + ior)))
+
+
+@steps_of(_reflectance)
+def _reflectance_steps(ior: Signal) -> Signal:
+    share = multiply(add(ONE, ior, -1.0), apply(np.reciprocal, add(ONE, ior)))
+    return multiply(share, share)

@@ -81,6 +81,8 @@ class RenderingSpace:
     def _input(self, source: Input) -> Input:
         if (source.texture >= 0 or source.primvar) and source.channel >= 0:
             return source  # grey
+        if source.program is not None:
+            return replace(source, program=source.program.then(self._matrix))
         if source.texture >= 0:
             return replace(source, texture=self._texture(source.texture))
         value = np.multiply(source.value, source.scale) + source.bias if source.primvar else np.array(source.value)

@@ -20,9 +20,12 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import numbers
-from warp_rt.usd.color_spaces import ColorSpace, color_space, color_space_of
+from warp_rt.usd.color_spaces import color_space, color_space_of
+from warp_rt.usd.decoding import linear
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materialx_nodes import fold, is_known_node
+from warp_rt.usd.node_inputs import NodeInputs
+from warp_rt.usd.projected_images import on_sky, projected
 from warp_rt.usd.shading_network import (
     WRONG_TYPE,
     Node,
@@ -32,7 +35,7 @@ from warp_rt.usd.shading_network import (
     read_numbers,
     read_token,
 )
-from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, apply_to_all, join, look_up, multiply
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, join, look_up, multiply
 from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, gltf_placement, transform_2d
 from warp_rt.usd.texture_nodes import TextureNodes
 
@@ -52,6 +55,7 @@ _READER = re.compile(r"(?:ND_)?(?:UsdPrimvarReader|geompropvalue)_([a-z]+)(\d?)"
 _READER_SIZES = {"float": 1, "int": 1, "integer": 1, "color": 3, "vector": 3, "normal": 3, "point": 3}
 _IMAGE = re.compile(r"ND_(tiled)?image_(float|color3|color4|vector2|vector3|vector4)")
 _IMAGE_SIZES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
+_AROUND = re.compile(r"ND_(triplanarprojection|latlongimage)(?:_(float|color3|color4|vector2|vector3|vector4))?")
 _GLTF_IMAGE = re.compile(r"ND_gltf_(image|colorimage|normalmap)(?:_(float|color3|color4|vector3))?(?:_.*)?")
 _OUTPUTS = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgba": (0, 1, 2, 3)}
 _COLOR_SETS = {"geomcolor_float": 1, "geomcolor_color3": 3, "geomcolor_color4": 4}
@@ -186,7 +190,7 @@ class SignalReader:
         space = color_space(_DISPLAYS.get(decoded[1], decoded[1])) if decoded else None
         if space is not None:
             given = self._follow(shader.GetInput("in"), material, (1, 3, 4)) or Signal.constant((0.0, 0.0, 0.0))
-            return _linear(given, space)
+            return linear(given, space)
         if node.id in _PASSING_ON:
             return self._follow(shader.GetInput(_PASSING_ON[node.id]), material, (1, 2, 3, 4))
 
@@ -196,9 +200,18 @@ class SignalReader:
                 return Signal.of(_primvar_source("st", (0.0, 0.0)), 2)
             return found
 
-        return fold(
-            node.id, node.output, read_input, lambda given: read_token(shader, given, self._time, self._report) or ""
-        )
+        def read_text(given: str) -> str:
+            return read_token(shader, given, self._time, self._report) or ""
+
+        around = _AROUND.fullmatch(node.id)
+        if around:
+            inputs = NodeInputs(node.output, (around[2] or "color3",), read_input, read_text)
+            make = projected if around[1] == "triplanarprojection" else on_sky
+            return make(inputs, lambda file, wraps: self._part(shader, file, wraps, inputs.kinds[0]))
+        return fold(node.id, node.output, read_input, read_text)
+
+    def _part(self, shader: UsdShade.Shader, file: str, wraps: tuple[str, str], kind: str) -> Source:
+        return self._textures.part(shader, file, wraps, is_color="color" in kind)
 
     def _when(self, shader: UsdShade.Shader, *, is_frame: bool) -> Signal:
         """Return the frame that is read, or its time; 0 at no time."""
@@ -335,7 +348,7 @@ class SignalReader:
 
     def _warn_unknown(self, node: Node, is_known: bool) -> None:
         kind = f"the node {node.id!r}" if node.id else "a node without info:id"
-        why = "does not come down to one primvar, or to one set of coordinates" if is_known else "is not supported"
+        why = "cannot be computed of what it is given" if is_known else "is not supported"
         self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"{kind} {why}; the default is used")
 
     def _warn_coordinates(self, node: Node) -> None:
@@ -346,14 +359,3 @@ class SignalReader:
 
 def _primvar_source(name: str, fallback: tuple[float, ...]) -> Source:
     return Source(f"primvar {name} {fallback}", primvar=name, fallback=fallback)
-
-
-def _linear(color: Signal, space: ColorSpace) -> Signal:
-    """Return a colour of a space in linear Rec. 709, below 0 as 0; alpha stays."""
-
-    def decoded(values: np.ndarray) -> np.ndarray:
-        return space.to_linear(np.maximum(values, 0.0))
-
-    decoded.__name__ = f"decoded from {space}"  # tells all about it, as ``apply`` asks for
-    result = apply_to_all(decoded, 3, color.resized(max(color.size, 3)).pick(range(3)))
-    return join([result, color.pick([3])]) if color.size == 4 else result

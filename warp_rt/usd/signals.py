@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a shading network computes: a constant, or an affine map of one texture, of one primvar, or of one field.
 
-A kernel reads a texture or a primvar and no more: so nodes that scale, shift, mix and rearrange channels are folded,
-while the stage is read, into one matrix. Whatever else is done to textures of one set of coordinates, or to the
-coordinates themselves, makes a field, which ``baking`` makes a texture of.
+Nodes that scale, shift, mix and rearrange channels are folded, while the stage is read, into one matrix, so that a
+texture or a primvar is all that a kernel reads. Whatever else is done makes a field. One that is a function of one set
+of texture coordinates ``baking`` makes a texture of; of any other, as of the place in space, ``program_compiler`` makes
+a program.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ from functools import cached_property
 import numpy as np
 
 from warp_rt.scene import Texture
+from warp_rt.scene.programs import Op
 
 CHANNELS = 4
 """Components that every source has."""
 
 
 class DoesNotFold(Exception):
-    """The value is neither constant nor a function of one set of texture coordinates."""
+    """The value is none that a constant, a texture, a primvar or a program has."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Source:
 
     @property
     def coordinates(self) -> tuple[str, tuple[float, float]] | None:
-        """The primvar, with its fallback, that this is a function of; None where that is no texture coordinates'."""
+        """The primvar, with its fallback, that this is a function of; None where it is of no one set of coordinates."""
         if self.texture is not None:
             return self.texture.primvar, self.texture.uv_fallback
         return (self.primvar, (self.fallback[0], self.fallback[1])) if len(self.fallback) == 2 else None
@@ -129,26 +131,49 @@ class Signal:
 
 @dataclass(frozen=True)
 class Field:
-    """A function of texture coordinates, made of signals that are."""
+    """A function of other signals, or of the surface point itself."""
 
-    function: Callable[..., np.ndarray]
-    """Of the values of each argument, float64, shape [n, k], to at most four components, shape [n, m]."""
+    function: Callable[..., np.ndarray] | Op
+    """Of the values of each argument, float64, shape [n, k], to at most four components, shape [n, m]; or what only a
+    program can tell."""
     arguments: tuple[Signal, ...]
     texture: Texture | None = None
     """What is read at the one argument's places, by ``baking``, which has the images; the function is not asked."""
     is_slope: bool = False
     """Whether the function is given how the one argument changes with the texture coordinates: across, then upwards."""
+    primvar: str = ""
+    """That an ``Op`` reads."""
+    size: int = CHANNELS
+    """Components that it has."""
+
+    @property
+    def of_arrays(self) -> Callable[..., np.ndarray]:
+        """The function.
+
+        Raises:
+            DoesNotFold: It is none of arrays.
+        """
+        if isinstance(self.function, Op):
+            raise DoesNotFold
+        return self.function
+
+    @property
+    def name(self) -> str:
+        """Equal for equal functions."""
+        if isinstance(self.function, Op):
+            return f"{self.function.name} {self.primvar}"
+        return f"{getattr(self.function, '__module__', '')}.{self.function.__name__}"
 
 
 def join(parts: Sequence[Signal]) -> Signal:
     """Return all components of all parts, in order.
 
     Raises:
-        DoesNotFold: They are functions of different things.
+        DoesNotFold: They are more than four, and not all of one source.
     """
     sources = {part.source for part in parts if part.value is None and part.source is not None}
     if len(sources) > 1:
-        return _field(_joined, parts, sum(part.size for part in parts))
+        return _field(joined, parts, sum(part.size for part in parts))
     return Signal(np.concatenate([part.matrix for part in parts]), next(iter(sources), None))
 
 
@@ -158,11 +183,7 @@ def _even(a: Signal, b: Signal) -> tuple[Signal, Signal]:
 
 
 def add(a: Signal, b: Signal, factor: float = 1.0) -> Signal:
-    """Return a + factor b.
-
-    Raises:
-        DoesNotFold: They are functions of different things.
-    """
+    """Return a + factor b."""
     a, b = _even(a, b)
     if a.source != b.source and a.value is None and b.value is None:
         return _field(np.add, (a, b.map(factor * np.eye(b.size))), a.size)
@@ -171,11 +192,7 @@ def add(a: Signal, b: Signal, factor: float = 1.0) -> Signal:
 
 
 def multiply(a: Signal, b: Signal) -> Signal:
-    """Return a times b, component by component.
-
-    Raises:
-        DoesNotFold: They are functions of different things.
-    """
+    """Return a times b, component by component."""
     a, b = _even(a, b)
     if a.value is not None:
         a, b = b, a
@@ -185,11 +202,7 @@ def multiply(a: Signal, b: Signal) -> Signal:
 
 
 def blend(start: Signal, end: Signal, share: Signal) -> Signal:
-    """Return start + share (end - start), component by component.
-
-    Raises:
-        DoesNotFold: They are functions of different things.
-    """
+    """Return start + share (end - start), component by component."""
     return add(start, multiply(add(end, start, -1.0), share))
 
 
@@ -199,9 +212,6 @@ def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
     Args:
         function: Of arrays; of a module, so that its name tells all about it.
         arguments: What it is given; scalars fill as many components as the others have.
-
-    Raises:
-        DoesNotFold: They are functions of different things.
     """
     size = max(argument.size for argument in arguments)
     even = [argument.resized(size) for argument in arguments]
@@ -222,11 +232,7 @@ def apply_to_all(function: Callable[..., np.ndarray], size: int, *arguments: Sig
 
 
 def look_up(source: Source, place: Signal) -> Signal:
-    """Return what a texture gives at places that are computed, all four components.
-
-    Raises:
-        DoesNotFold: The places are functions of different things.
-    """
+    """Return what a texture gives at places that are computed, all four components."""
     return _field(_places, (place,), CHANNELS, source)
 
 
@@ -243,15 +249,52 @@ def apply_to_slope(function: Callable[..., np.ndarray], size: int, height: Signa
     """
     if height.value is not None:
         return Signal.constant(function(np.zeros((1, 2)))[0].tolist())
+    if height.source is None or height.source.coordinates is None:
+        raise DoesNotFold
     return _field(function, (height.pick([0]),), size, is_slope=True)
+
+
+Steps = Callable[..., Signal]
+"""A function of arrays as one of signals, of no others than those that a program has a step for."""
+
+STEPS: dict[Callable[..., np.ndarray], Steps] = {}
+"""By function."""
+
+
+def steps_of(function: Callable[..., np.ndarray]) -> Callable[[Steps], Steps]:
+    """Return the decorator that says how a program computes a function of arrays."""
+
+    def register(steps: Steps) -> Steps:
+        STEPS[function] = steps
+        return steps
+
+    return register
+
+
+def choose(condition: Signal, yes: Signal, no: Signal) -> Signal:
+    """Return one of two signals, the second where a condition is 0, component by component."""
+    return apply(np.where, condition, yes, no)
 
 
 def _places(place: np.ndarray) -> np.ndarray:
     return place
 
 
-def _joined(*parts: np.ndarray) -> np.ndarray:
+def joined(*parts: np.ndarray) -> np.ndarray:
+    """Return all components of all parts, shape [n, k] each, in order."""
     return np.concatenate(parts, axis=1)
+
+
+def of_surface(op: Op, size: int, *arguments: Signal, primvar: str = "") -> Signal:
+    """Return what only a program can tell: what a surface point has, or what its transform makes of arguments.
+
+    Args:
+        op: The program's step.
+        size: Components that it gives.
+        arguments: Registers of the step.
+        primvar: That it reads.
+    """
+    return _computed(Field(op, arguments, primvar=primvar, size=size), None)
 
 
 def _field(
@@ -262,22 +305,24 @@ def _field(
     *,
     is_slope: bool = False,
 ) -> Signal:
-    """Return a function of signals that are all functions of one set of texture coordinates.
+    """Return a function of signals.
 
     Raises:
-        DoesNotFold: They are not.
+        DoesNotFold: It has too many components.
     """
-    sources = [argument.source for argument in arguments if argument.value is None and argument.source]
-    coordinates = {source.coordinates for source in sources}
-    found = next(iter(coordinates), None)
-    if len(coordinates) != 1 or found is None or size > CHANNELS:
+    if size > CHANNELS:
         raise DoesNotFold
-    read = "" if texture is None else texture.key
-    said = (
-        f"{read} {getattr(function, '__module__', '')}.{function.__name__} {[argument.key for argument in arguments]}"
+    return _computed(
+        Field(function, tuple(arguments), None if texture is None else texture.texture, is_slope, size=size), texture
     )
+
+
+def _computed(field_: Field, texture: Source | None) -> Signal:
+    sources = [argument.source for argument in field_.arguments if argument.value is None and argument.source]
+    coordinates = {source.coordinates for source in sources}
+    found = next(iter(coordinates)) if len(coordinates) == 1 else None
+    read = "" if texture is None else texture.key
+    said = f"{read} {field_.name} {[argument.key for argument in field_.arguments]}"
     key = hashlib.blake2b(said.encode(), digest_size=16).hexdigest()
-    primvar, fallback = found
-    made = Field(function, tuple(arguments), None if texture is None else texture.texture, is_slope)
-    source = Source(key, primvar=primvar, fallback=fallback, computed=made)
-    return Signal.of(source, size)
+    primvar, fallback = found or ("", ())
+    return Signal.of(Source(key, primvar=primvar, fallback=fallback, computed=field_), field_.size)

@@ -68,7 +68,7 @@ class InputReader:
 
     def check_ior(self, path: Sdf.Path, found: Input | None) -> Input | None:
         """Return an index of refraction; None, told, of a constant that is not above 0, for the default to hold."""
-        if found is None or found.texture >= 0 or found.primvar or found.value[0] > 0.0:
+        if found is None or found.varies or found.value[0] > 0.0:
             return found
         message = f"is {found.value[0]:g}, an index of refraction not above 0; the default is used"
         self._report.warn(WRONG_TYPE, path, message)
@@ -76,7 +76,7 @@ class InputReader:
 
     def check_share(self, path: Sdf.Path, found: Input | None) -> Input | None:
         """Return an input that goes from 0 to 1; of a constant beyond, told, the nearest of the two."""
-        if found is None or found.texture >= 0 or found.primvar or 0.0 <= found.value[0] <= 1.0:
+        if found is None or found.varies or 0.0 <= found.value[0] <= 1.0:
             return found
         nearest = min(max(found.value[0], 0.0), 1.0)
         message = f"is {found.value[0]:g}, not from 0 to 1; {nearest:g} is used"

@@ -89,6 +89,17 @@ def rotation(degrees: float) -> np.ndarray:
     return np.array([[cosine, sine], [-sine, cosine]])
 
 
+def rotation_in_space(degrees: float, axis: np.ndarray) -> np.ndarray:
+    """Return the matrix of MaterialX's rotate3d, which turns clockwise as seen from the axis's tip: shape [3, 3].
+
+    Reference: Rodrigues (1840); MaterialX multiplies rows by matrices.
+    """
+    x, y, z = axis / np.linalg.norm(axis)
+    angle = np.radians(degrees)
+    crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) - np.sin(angle) * crossed + (1.0 - np.cos(angle)) * crossed @ crossed)
+
+
 def coordinate_name(index: Any) -> str:
     """Return the primvar that a texcoord node with an index reads."""
     return f"st{index}" if isinstance(index, int) and index > 0 else "st"

@@ -86,6 +86,26 @@ class TextureNodes:
             color_space="auto" if is_color else "raw",
         )
 
+    def part(self, shader: UsdShade.Shader, file: str, wraps: tuple[str, str], *, is_color: bool) -> Source:
+        """Return one of the images that a node is made of, before its coordinates are moved.
+
+        Args:
+            shader: The node.
+            file: Its input that names the image.
+            wraps: What the node has beyond it, across and upwards.
+            is_color: As of ``image``.
+        """
+        return self._source(
+            shader,
+            coordinates=Coordinates(),
+            wraps=list(wraps),
+            scale=(1.0, 1.0, 1.0, 1.0),
+            bias=(0.0, 0.0, 0.0, 0.0),
+            fallback=self._vector4(shader, "default", (0.0, 0.0, 0.0, 0.0)),
+            color_space="auto" if is_color else "raw",
+            file=file,
+        )
+
     def _source(
         self,
         shader: UsdShade.Shader,
@@ -96,9 +116,10 @@ class TextureNodes:
         bias: Vector4,
         fallback: Vector4,
         color_space: str,
+        file: str = "file",
     ) -> Source:
         prim = shader.GetPath()
-        asset, attribute = self._file(shader)
+        asset, attribute = self._file(shader, file)
         tiles, of_file = None, NO_WRAPS
         if asset is not None and UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
             rows = self._images.load_tiles(attribute, asset, prim)
@@ -124,9 +145,9 @@ class TextureNodes:
         )
         return _texture_source(texture)
 
-    def _file(self, shader: UsdShade.Shader) -> tuple[Sdf.AssetPath | None, Usd.Attribute | None]:
+    def _file(self, shader: UsdShade.Shader, name: str) -> tuple[Sdf.AssetPath | None, Usd.Attribute | None]:
         """Return which image a node names, and where; no asset, told, for what is none."""
-        port = shader.GetInput("file")
+        port = shader.GetInput(name)
         attribute = find_source(port, self._report) if port else None
         if isinstance(attribute, Node):
             warn_connected(port, self._report)
@@ -134,7 +155,7 @@ class TextureNodes:
         value = attribute.Get(self._time) if attribute else None
         if value is None or isinstance(value, Sdf.AssetPath):
             return value or Sdf.AssetPath(), attribute
-        warn_type(shader, "file", value, "no asset path", self._report)
+        warn_type(shader, name, value, "no asset path", self._report)
         return None, None
 
     def _decoded(self, row: int, color_space: str, attribute: Usd.Attribute, prim: Sdf.Path) -> tuple[int, bool]:
