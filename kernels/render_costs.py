@@ -20,7 +20,7 @@ def import_body():
     """Import what the kernel calls: to compile it; who launches what is compiled needs its arguments' types alone."""
     global add_costs, pixel_of_thread, render_thread
     from .aov import add_costs
-    from .ray_tree import pixel_of_thread, render_thread
+    from .render_pixel import pixel_of_thread, render_thread
 
 
 @wp.kernel

@@ -19,7 +19,7 @@ wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 def import_body():
     """Import what the kernel calls: to compile it; who launches what is compiled needs its arguments' types alone."""
     global render_thread
-    from .ray_tree import render_thread
+    from .render_pixel import render_thread
 
 
 @wp.kernel

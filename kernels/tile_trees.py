@@ -25,12 +25,13 @@ from .list_rays import gather_tasks, list_tasks
 from .observer import Unobserved
 from .per_type import per_type
 from .ray_counts import PRIMARY, count
-from .ray_tree import eye_task, visit_node
+from .ray_tree import eye_task
 from .sampling import pixel_key
 from .shadow_queue import close_sum, open_queue, settle
 from .structs import FilmData, FrameData, RayTask, SceneData
 from .surface import Surface
 from .tile_structs import TilePixel, TileTrees
+from .tree_node import visit_node
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -8,7 +8,7 @@
 A page says what code it shows in a comment above the block, and this script fills in the block:
 
     <!-- code: kernels/vector.py reflect -->
-    <!-- code: kernels/ray_tree.py visit_node: local = ... return local -->
+    <!-- code: kernels/tree_node.py visit_node: local = ... return local -->
 
 The first shows a function without its docstring; the second the lines of one from the first that holds the words
 before the dots to the next that holds those after them.
