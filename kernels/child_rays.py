@@ -4,11 +4,13 @@
 
 import warp as wp
 
+from .constants import PASS_LIMIT
 from .features import Features
 from .observer import Observer, observed
 from .per_type import per_type
 from .ray_counts import (
     DROPPED_BY_DEPTH,
+    PASSED,
     TOTAL_INTERNAL_REFLECTION,
     count,
     count_dropped_by_threshold,
@@ -22,8 +24,17 @@ from .shading_normal import mirror_normal
 from .spawn import spawn_origin
 from .structs import FrameData, RayTask, SceneData
 from .surface import Surface
+from .tile_structs import EyePath
 from .tree_hooks import tell_child, tell_push
-from .tree_record import REFLECTION, REFRACTION, STOPPED_BY_DEPTH, STOPPED_BY_THRESHOLD, TOTALLY_REFLECTED
+from .tree_record import (
+    PASSAGE,
+    REFLECTION,
+    REFRACTION,
+    STOPPED_BY_DEPTH,
+    STOPPED_BY_PASSES,
+    STOPPED_BY_THRESHOLD,
+    TOTALLY_REFLECTED,
+)
 from .vector import max_component, reflect, refract, refraction_discriminant
 
 
@@ -139,6 +150,55 @@ def child_task(
     eta = shading.eta if kind == REFRACTION else 0.0
     track_bounce(scene, surface, parent, child, n, eta, features)
     return child
+
+
+@observed
+def push_passage(
+    scene: wp.ref[SceneData],
+    tasks: wp.array[RayTask],
+    top: int,
+    task: wp.ref[RayTask],
+    surface: wp.ref[Surface],
+    share: float,
+    eye: wp.ref[EyePath],
+    counts: wp.array[wp.int64],
+    observer: Observer,
+) -> int:
+    """Push what goes straight on of a ray where only part of a surface is there; return the new top of the stack.
+
+    It is the same ray, no level deeper. From the eye it sees no farther than the camera does.
+
+    Args:
+        scene: Shading data.
+        tasks: Stack.
+        top: Its top.
+        task: Of the ray.
+        surface: Where it goes on.
+        share: Of the surface that is not there.
+        eye: Of the tree.
+        counts: Counter row.
+        observer: Who is told.
+    """
+    if task.passes >= PASS_LIMIT:
+        tell_child(observer, PASSAGE, STOPPED_BY_PASSES)
+        return top
+    onward = task
+    onward.origin = spawn_origin(scene, surface, task.direction)
+    onward.offset = onward.origin - surface.position
+    if task.depth == 1:
+        onward.reach = eye.reach - eye.travelled
+    onward.coefficient = task.coefficient * share
+    onward.weight = task.weight * share
+    onward.differential.origin_x = surface.dpdx
+    onward.differential.origin_y = surface.dpdy
+    onward.passes = task.passes + 1
+    onward.key = branch_key(task.key, PASSAGE)
+    onward.from_instance = surface.instance
+    onward.from_triangle = surface.triangle
+    tasks[top] = onward
+    tell_push(observer, top, PASSAGE)
+    count(counts, PASSED)
+    return top + 1
 
 
 @observed

@@ -6,25 +6,64 @@ import warp as wp
 
 from .aov import FirstHit
 from .bvh_structs import AccelData, Hit, Stack
-from .child_rays import push_children
-from .constants import PASS_LIMIT
-from .emission import light_met, radiance_of_seen
+from .child_rays import push_children, push_passage
+from .emission import SeenLight, light_met, radiance_of_seen
 from .environment import environment
 from .features import Features
 from .material import eval_material
 from .observer import Observer, observed
-from .ray_counts import PASSED, count
+from .per_type import per_type
 from .ray_differential import track_hit
-from .sampling import branch_key
 from .shading import local_illumination
 from .shadow_queue import Shadows
-from .spawn import spawn_origin
 from .structs import FrameData, RayTask, SceneData
 from .surface import Surface
 from .tile_structs import EyePath
-from .tree_hooks import tell_background, tell_child, tell_local, tell_push, tell_ray, tell_surface
-from .tree_record import PASSAGE, STOPPED_BY_PASSES
+from .tree_hooks import tell_background, tell_local, tell_ray, tell_surface
 from .visibility import is_held_out, is_seen
+
+
+@per_type
+def radiance_behind(
+    scene: wp.ref[SceneData],
+    frame: wp.ref[FrameData],
+    task: wp.ref[RayTask],
+    seen: wp.ref[SeenLight],
+    eye: wp.ref[EyePath],
+    features: Features,
+) -> wp.vec3:
+    """Return what a ray brings back that meets no surface, from a light or the environment.
+
+    An eye ray adds to its alpha what of that covers the pixel.
+    """
+    behind, alpha = environment(scene, frame, task.direction, task.differential, task.sender, features)
+    if seen.row >= 0:
+        behind = radiance_of_seen(scene, seen, task, features)
+        alpha = 1.0
+    if task.depth == 1:
+        eye.alpha += task.weight * alpha
+    return behind
+
+
+@wp.func
+def follow_eye(
+    task: wp.ref[RayTask],
+    hit: wp.ref[Hit],
+    surface: wp.ref[Surface],
+    presence: float,
+    distance: float,
+    holds_out: bool,
+    eye: wp.ref[EyePath],
+    first: wp.ref[FirstHit],
+):
+    """Write down what a surface means to the eye ray: how far it came, its alpha, and what it met first."""
+    eye.travelled += distance
+    if not holds_out:
+        eye.alpha += task.weight * presence
+    if first.instance < 0 and presence > 0.0:
+        first.instance = hit.instance
+        first.surface = surface
+        first.distance = eye.travelled
 
 
 @observed
@@ -76,13 +115,8 @@ def visit_node(
         hit.instance = -1
     tell_ray(observer, slot, task, hit)
     if hit.instance < 0:
-        behind, behind_alpha = environment(scene, frame, task.direction, task.differential, task.sender, features)
-        if seen.row >= 0:
-            behind = radiance_of_seen(scene, seen, task, features)
-            behind_alpha = 1.0
+        behind = radiance_behind(scene, frame, task, seen, eye, features)
         tell_background(observer, behind)
-        if task.depth == 1:
-            eye.alpha += task.weight * behind_alpha
         return behind, top
     track_hit(scene, surface, task, distance, features)
     shading = eval_material(scene, surface, -task.direction, task.leaked, features)
@@ -91,34 +125,9 @@ def visit_node(
     tell_surface(observer, scene, surface, shading)
     holds_out = is_held_out(scene, hit.instance, task.depth, features)
     if task.depth == 1:
-        eye.travelled += distance
-        if not holds_out:
-            eye.alpha += task.weight * shading.presence
-        if first.instance < 0 and shading.presence > 0.0:
-            first.instance = hit.instance
-            first.surface = surface
-            first.distance = eye.travelled
+        follow_eye(task, hit, surface, shading.presence, distance, holds_out, eye, first)
     if shading.presence < 1.0:
-        if task.passes < PASS_LIMIT:
-            onward = task
-            onward.origin = spawn_origin(scene, surface, task.direction)
-            onward.offset = onward.origin - surface.position
-            if task.depth == 1:
-                onward.reach = eye.reach - eye.travelled
-            onward.coefficient = task.coefficient * (1.0 - shading.presence)
-            onward.weight = task.weight * (1.0 - shading.presence)
-            onward.differential.origin_x = surface.dpdx
-            onward.differential.origin_y = surface.dpdy
-            onward.passes = task.passes + 1
-            onward.key = branch_key(task.key, PASSAGE)
-            onward.from_instance = surface.instance
-            onward.from_triangle = surface.triangle
-            tasks[top] = onward
-            tell_push(observer, top, PASSAGE)
-            top += 1
-            count(counts, PASSED)
-        else:
-            tell_child(observer, PASSAGE, STOPPED_BY_PASSES)
+        top = push_passage(scene, tasks, top, task, surface, 1.0 - shading.presence, eye, counts, observer)
         if shading.presence <= 0.0:
             return nothing, top
         task.coefficient = task.coefficient * shading.presence

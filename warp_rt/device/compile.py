@@ -21,7 +21,7 @@ def load_kernels(files: Sequence[tuple[str, str]], *, threads: int = 1) -> None:
     """Load the kernels of files of ``warp_rt.kernels``, compiling them on first use.
 
     Args:
-        files: Names, such as ``ray_tree``, each with a resolved device; the one that takes longest to compile first.
+        files: Names, such as ``render``, each with a resolved device; the one that takes longest to compile first.
             While it is compiled, another process compiles those of the rest that are for the CPU.
         threads: Cores that may be used; with 1 there is no other process.
     """
