@@ -142,7 +142,13 @@ def rank_primitives(forest: Forest, executor: Executor) -> wp.array:
 
 
 def measure_references(references: wp.array, counts: np.ndarray, executor: Executor) -> References:
-    """Return references with their boxes: ``counts`` says how many each tree has, none of them 0."""
+    """Return references with their boxes.
+
+    Args:
+        references: Tree by tree.
+        counts: How many each tree has, int, shape [trees], none of them 0.
+        executor: Runs the kernels.
+    """
     chunks = executor.split(counts)
     ranges = executor.empty(len(chunks.counts), BuildRange)
     inputs = [references, chunks.first, chunks.count]

@@ -67,6 +67,12 @@ def reinsert_subtrees(trees: Any, roots: wp.array, executor: Executor) -> None:
 def list_nodes(nodes: wp.array, links: Links, slots: np.ndarray, executor: Executor) -> np.void:
     """Fill the links of binary trees, which have at least their roots, and the slots of their nodes, in preorder.
 
+    Args:
+        nodes: Binary trees.
+        links: Theirs, filled in place.
+        slots: int32, shape [slots], filled in place with the slots of nodes.
+        executor: Runs the kernels.
+
     Returns:
         The ``Listing``: how many slots are filled, and the area of the inner nodes.
     """

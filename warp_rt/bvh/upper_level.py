@@ -66,7 +66,17 @@ def write_instances(
     placed: np.ndarray,
     executor: Executor,
 ) -> wp.array:
-    """Return the records of the instances in the order of the upper level's leaves."""
+    """Return the records of the instances in the order of the upper level's leaves.
+
+    Args:
+        leaf_of_instance: Place of each instance that is placed among the leaves, shape [placed].
+        trees: Hierarchies of the meshes.
+        tree: As for ``refer_to_instances``; so too ``roots`` and ``placement``.
+        roots: Likewise.
+        placement: Likewise.
+        placed: Numbers of the instances that are placed, int, shape [placed].
+        executor: Runs the kernels.
+    """
     shared = [
         leaf_of_instance,
         executor.upload(placed, wp.int32),

@@ -58,7 +58,13 @@ class Packer:
         self.bytes = 0
 
     def array(self, values: np.ndarray, dtype: Any, ndim: int = 1) -> wp.array:
-        """Return an array of some type: of vectors, matrices or structs, ``ndim`` axes of them."""
+        """Return an array of some type.
+
+        Args:
+            values: Shape [..., components]: ``ndim`` axes, then those of the type.
+            dtype: A number, vector, matrix or struct.
+            ndim: Axes of the array.
+        """
         values = np.ascontiguousarray(values)
         self.bytes += values.nbytes
         if values.size == 0:
@@ -66,7 +72,7 @@ class Packer:
         return wp.array(values, dtype=dtype, ndim=ndim, device=self.device)
 
     def adopt(self, table: np.ndarray, struct: Any) -> wp.array:
-        """Return records that nobody else holds as an array of structs: on a CPU, in the memory where they are."""
+        """Return records, shape [n], that nobody else holds as an array of structs: on a CPU, in their own memory."""
         if not len(table):
             return self.array(table, struct)
         self.bytes += table.nbytes

@@ -69,7 +69,7 @@ def sparse_array(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
 
 
 def as_warp(array: np.ndarray, dtype: Any) -> wp.array:
-    """Return a Warp array on the CPU over a NumPy array's own memory."""
+    """Return a Warp array on the CPU over a NumPy array's own memory: shape [n], vectors as further axes."""
     return wp.array(array, dtype=dtype, device="cpu", copy=False)
 
 
@@ -115,7 +115,7 @@ class Executor:
         workers.map(lambda item, _scratch: job(item), items)
 
     def upload(self, array: np.ndarray, dtype: Any) -> wp.array:
-        """Return an array on the device; on the CPU one over the same memory."""
+        """Return an array, shape [n], vectors as further axes, on the device; on the CPU one over the same memory."""
         array = np.ascontiguousarray(array)
         return as_warp(array, dtype) if self.device == "cpu" else wp.array(array, dtype=dtype, device=self.device)
 

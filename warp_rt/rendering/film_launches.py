@@ -30,7 +30,7 @@ def expose_film(
     threads: int,
     progress: Callable[[float], None] | None,
 ) -> np.ndarray:
-    """Add samples of every pixel to a film, and return the rays counted: a row of counters, int64.
+    """Add samples of every pixel to a film, and return the rays counted: int64, shape [counters].
 
     Args:
         kernel: As ``choose_kernel`` returns it.

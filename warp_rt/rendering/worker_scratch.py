@@ -33,7 +33,7 @@ class Scratch:
 
     @property
     def counts(self) -> np.ndarray:
-        """Counters: int64, summed over threads."""
+        """Counters summed over threads: int64, shape [counters]."""
         return self.arguments[-1].numpy().sum(axis=0, dtype=np.int64)
 
 

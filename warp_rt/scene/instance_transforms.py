@@ -216,7 +216,7 @@ class JoinedTransforms(LazyTransforms):
 
 
 def row_numbers(rows: Any, count: int) -> np.ndarray:
-    """Return which of ``count`` rows an index of one row, a slice, rows or a mask means: int64, none negative.
+    """Return which of ``count`` rows an index of one row, a slice, rows or a mask means: int64, shape [n], from 0 on.
 
     Raises:
         IndexError: One is not there.

@@ -76,7 +76,7 @@ def tessellate(
 
     Args:
         patch: The surface.
-        steps: As ``count_steps`` gives them: of each piece in u, and of each in v.
+        steps: As ``count_steps`` gives them: of each piece in u, and of each in v, int, shape [pieces] each.
         regions: What trim curves leave of its domain; None: all.
     """
     u_lines, v_lines = (_lines(pieces, count) for pieces, count in zip((patch.u, patch.v), steps, strict=True))

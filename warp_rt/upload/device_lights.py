@@ -91,7 +91,7 @@ def _half_sizes(light: Light) -> np.ndarray:
 
 
 def unit_axes(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit directions (rows) and the lengths of a transform's three axes."""
+    """Return the unit directions (rows of [3, 3]) and the lengths [3] of the axes of a transform, shape [4, 4]."""
     columns = matrix[:3, :3].T
     lengths = np.linalg.norm(columns, axis=1)
     return columns / np.where(lengths > 0, lengths, 1.0)[:, None], lengths

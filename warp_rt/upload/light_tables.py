@@ -26,7 +26,7 @@ class LinkTable:
         self._count = 0
 
     def add(self, held: np.ndarray | None) -> int:
-        """Return the first word of a set; -1 for that of all instances, None."""
+        """Return the first word of a set: bool, shape [instances], True for those held; -1 for None, all of them."""
         if held is None:
             return -1
         offset = self._count
@@ -122,7 +122,7 @@ class LightTables:
         return np.concatenate([np.zeros((0, 4), np.float32), *self._sums])
 
     def add_texture(self, light: Light) -> tuple[int, np.ndarray]:
-        """Return the row of a light's texture and its mean colour; -1 and white where it has none."""
+        """Return the row of a light's texture and its mean colour, shape [3]; -1 and white where it has none."""
         if light.image < 0:
             return -1, np.ones(3)
         image, mean = self._image_of(light)

@@ -27,7 +27,7 @@ _TESTED = 1 << 16  # numbers or rows at a time: what is computed on the way take
 
 
 def concatenated(arrays: Sequence[Any]) -> np.ndarray:
-    """Return arrays of one kind, USD's or NumPy's, at least one of them, one after the other.
+    """Return arrays of one kind, USD's or NumPy's, at least one of them, one after the other: shape [n, ...].
 
     USD's arrays of one type are joined as memory: NumPy would take seven times as long to look at each.
     """
@@ -80,7 +80,7 @@ def vector_rows(value: Any, width: int) -> np.ndarray | None:
 
 
 def short_rows(value: Any, width: int) -> np.ndarray | None:
-    """Return vectors as ``vector_rows`` does; those in half precision stay as short as they are."""
+    """Return vectors, shape [n, width], as ``vector_rows`` does; those in half precision stay as short as they are."""
     array = _numbers(value)
     if array is not None and array.dtype == np.float16 and array.shape[1:] == (width,):
         return np.array(array, order="C")

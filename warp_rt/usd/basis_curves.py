@@ -35,7 +35,7 @@ def lay_out_basis_curves(
 
     Args:
         prim: The curves.
-        lengths: Points of each curve, int64.
+        lengths: Points of each curve, int64, shape [curves].
         point_count: Of the prim.
         time: When its attributes are read.
         report: Takes the diagnostics.

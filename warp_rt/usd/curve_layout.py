@@ -114,7 +114,7 @@ def lay_out_polylines(lengths: np.ndarray, point_count: int) -> ShapeLayout:
     """Return the layout of curves that are straight from point to point.
 
     Args:
-        lengths: Points of each curve.
+        lengths: Points of each curve, int64, shape [curves].
         point_count: Of the prim, those of no curve counted.
     """
     curve, along = ragged(np.maximum(lengths - 1, 0))

@@ -20,7 +20,7 @@ def lay_out_hermite_curves(lengths: np.ndarray, point_count: int) -> ShapeLayout
     """Return the segments of HermiteCurves; their controls are the prim's points, and then its tangents.
 
     Args:
-        lengths: Points of each curve, int64.
+        lengths: Points of each curve, int64, shape [curves].
         point_count: Of the prim.
     """
     straight = lay_out_polylines(lengths, point_count)

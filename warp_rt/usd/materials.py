@@ -103,7 +103,7 @@ class MaterialReader:
         return self._images.decoded(row, attribute, prim)
 
     def mixed(self, row: int, is_srgb: bool, matrix: np.ndarray) -> int:
-        """Return the row of an image whose channels are sums over those of an image: see ``ImageCache.mixed``."""
+        """Return the row of an image whose channels are sums over another's, by a matrix: see ``ImageCache.mixed``."""
         return self._images.mixed(row, is_srgb, matrix)
 
     def latlong(self, row: int, layout: str, *, is_srgb: bool, stretch: Stretch | None = None) -> tuple[int, bool]:

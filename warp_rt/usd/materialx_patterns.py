@@ -31,7 +31,10 @@ _ZERO, _ONE, _HALF = (Signal.constant([value]) for value in (0.0, 1.0, 0.5))
 
 
 def smooth_step(value: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return MaterialX's smoothstep: 0 up to ``low``, 1 from ``high`` on, and between 3 x^2 - 2 x^3."""
+    """Return MaterialX's smoothstep: 0 up to ``low``, 1 from ``high`` on, and between 3 x^2 - 2 x^3.
+
+    Arrays of one shape, or that broadcast to one.
+    """
     x = np.clip((value - low) / (high - low), 0, 1)
     return np.asarray(x * x * (3 - 2 * x))
 

@@ -313,7 +313,13 @@ def _turned(shape: CutMesh) -> CutMesh:
 
 
 def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) -> Primvar | None:
-    """Return normals without zero vectors: corners that had one take the geometric normal of their triangle."""
+    """Return normals without zero vectors: corners that had one take the geometric normal of their triangle.
+
+    Args:
+        normals: In local space.
+        points: Local space, shape [n, 3].
+        triangles: Rows of points, counter-clockwise, shape [t, 3].
+    """
     is_zero = ~_have_length(normals.values)
     if not is_zero.any():
         return normals

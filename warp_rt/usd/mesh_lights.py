@@ -67,7 +67,7 @@ class MeshLightReader:
         self._own: list[tuple[np.ndarray, tuple[float, float, float]]] = []
 
     def rows(self, prim: Usd.Prim) -> np.ndarray:
-        """Return the instances that draw a prim; none where it is not drawn."""
+        """Return the rows of the instances that draw a prim: int64, shape [n]; none where it is not drawn."""
         path = str(prim.GetPath())
         return np.flatnonzero(np.isin(self._instances.prim, [k for k, name in enumerate(self._prims) if name == path]))
 

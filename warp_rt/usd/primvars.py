@@ -255,7 +255,7 @@ def inherited_constants(
 
 
 def merge_width(values: np.ndarray, width: int) -> np.ndarray:
-    """Return rows with ``width`` components: padded with zeros, or cut."""
+    """Return values, shape [..., n], with ``width`` components: padded with zeros, or cut."""
     if values.shape[-1] >= width:
         return values[..., :width]
     padding = [(0, 0)] * (values.ndim - 1) + [(0, width - values.shape[-1])]

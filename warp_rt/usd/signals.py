@@ -115,6 +115,10 @@ class Signal:
     def map(self, linear: np.ndarray, offset: np.ndarray | float = 0.0) -> Signal:
         """Return linear @ self + offset.
 
+        Args:
+            linear: Shape [m, size].
+            offset: Shape [m], or one number for all.
+
         Raises:
             DoesNotFold: It has not as many components as ``linear`` has columns.
         """
@@ -210,7 +214,7 @@ def apply(function: Callable[..., np.ndarray], *arguments: Signal) -> Signal:
     """Return any function, component by component.
 
     Args:
-        function: Of arrays; of a module, so that its name tells all about it.
+        function: Of arrays, shape [..., n] each, to one of that shape; of a module, so that its name tells all.
         arguments: What it is given; scalars fill as many components as the others have.
     """
     size = max(argument.size for argument in arguments)

@@ -99,7 +99,10 @@ class Skin:
 
 
 def pose(points: np.ndarray, skin: Skin | None, prim: Usd.Prim, report: Report) -> tuple[np.ndarray, Skin | None]:
-    """Return a prim's points as its skin deforms them, and the skin; the points alone, told, where it does not fit."""
+    """Return a prim's points, local space, shape [n, 3], as its skin deforms them, and the skin.
+
+    Where it does not fit, that is told, and the points are returned alone.
+    """
     if skin is None:
         return points, None
     posed = skin.points(points)

@@ -35,7 +35,13 @@ class RefinedLayout(Layout):
     """int64, shape [c], face-vertex in the source of each corner of the cage."""
 
     def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
-        """Return values by triangle corner, interpolated as the surface itself is where their kind asks for it."""
+        """Return values by triangle corner, interpolated as the surface itself is where their kind asks for it.
+
+        Args:
+            values: Shape [n, c].
+            indices: Rows of the values, one an element, shape [elements]; None: each element has its own.
+            interpolation: UsdGeom's.
+        """
         if interpolation in ("constant", "uniform"):
             return super().primvar(values, indices, interpolation)
         elements = values if indices is None else values[indices]

@@ -43,7 +43,10 @@ def transform_2d(shader: UsdShade.Shader, time: Usd.TimeCode, report: Report) ->
 
 
 def tiling(shader: UsdShade.Shader, time: Usd.TimeCode, report: Report) -> np.ndarray:
-    """Return what a tiledimage makes of coordinates: (st uvtiling - uvoffset) / realworldimagesize * tile size."""
+    """Return what a tiledimage makes of coordinates: (st uvtiling - uvoffset) / realworldimagesize * tile size.
+
+    As a matrix of homogeneous column vectors, float64, shape [3, 3].
+    """
     repeats, offset, image, tile = (
         np.resize(read_numbers(shader, name, (1, 2), time, report) or (default,), 2)
         for name, default in (

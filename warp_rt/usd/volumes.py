@@ -10,7 +10,12 @@ _BLOCK = 1 << 15  # triangles at a time: what is computed on the way stays in th
 
 
 def encloses_volume(points: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return whether each edge is used as often one way as the other, points at the same place being one point."""
+    """Return whether each edge is used as often one way as the other, points at the same place being one point.
+
+    Args:
+        points: Shape [n, 3].
+        triangles: Rows of points, shape [t, 3].
+    """
     return bool(enclose_volumes(points, triangles, np.array([len(triangles)]))[0])
 
 
