@@ -156,6 +156,13 @@ def test_influences_that_do_not_fit_are_told() -> None:
     np.testing.assert_allclose(world_points(scene)[1], (2, 0, 0), atol=1e-6)
 
 
+@pytest.mark.filterwarnings("error")
+def test_influences_that_are_not_finite_are_told_in_one_voice() -> None:
+    broken = JOINTS.replace("[1, 1, 1, 1]", "[1, inf, 1, 1]")
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {broken}\n}}'))
+    assert ("W103", "/root/m") in [(record.code, record.prim) for record in scene.diagnostics]
+
+
 def test_what_stands_below_no_skel_root_is_not_skinned_and_told() -> None:
     """A SkelRoot is "a scope beneath which skeletally-posed primitives are defined"."""
     stage = Usd.Stage.CreateInMemory()

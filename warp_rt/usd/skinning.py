@@ -62,7 +62,8 @@ class Skin:
         if not self.query.ComputeSkinnedPoints(self.joints, skinned, self.time):
             return None
         matrix = np.array(self.local_from_skeleton)
-        return (np.array(skinned, np.float64) @ matrix[:3, :3] + matrix[3, :3]).astype(np.float32)
+        with np.errstate(over="ignore", invalid="ignore"):  # points that are not finite are told where they are drawn
+            return (np.array(skinned, np.float64) @ matrix[:3, :3] + matrix[3, :3]).astype(np.float32)
 
     def normals(self, rest: np.ndarray, vertices: np.ndarray, point_count: int) -> np.ndarray:
         """Return deformed normals of any length: float32, shape [m, 3].
@@ -88,7 +89,8 @@ class Skin:
             count,
             skinned,
         )
-        return (np.array(skinned, np.float64) @ np.array(_normal_matrix(self.local_from_skeleton))).astype(np.float32)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return (np.array(skinned, np.float64) @ np.array(_normal_matrix(self.local_from_skeleton))).astype(np.float32)
 
     def _own_joints(self) -> Vt.Matrix4dArray:
         """Return the transforms of the joints that the prim names, in its order; USD does so itself for points."""
