@@ -89,8 +89,9 @@ class Skin:
             count,
             skinned,
         )
+        matrix = np.array(_normal_matrix(self.local_from_skeleton))
         with np.errstate(over="ignore", invalid="ignore"):
-            return (np.array(skinned, np.float64) @ np.array(_normal_matrix(self.local_from_skeleton))).astype(np.float32)
+            return (np.array(skinned, np.float64) @ matrix).astype(np.float32)
 
     def _own_joints(self) -> Vt.Matrix4dArray:
         """Return the transforms of the joints that the prim names, in its order; USD does so itself for points."""
