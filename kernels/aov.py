@@ -20,9 +20,10 @@ from .codes import (
     AOV_TRIANGLE_TESTS,
     AOV_UV,
 )
+from .frame_structs import FilmData
 from .observer import CostCounter
 from .primvar import NORMALS_SLOT
-from .structs import FilmData, SceneData
+from .structs import SceneData
 from .surface import Surface, element_of
 from .surface_primvar import eval_primvar
 

@@ -4,8 +4,8 @@
 
 import warp as wp
 
+from .frame_structs import CameraData, FrameData
 from .sampling import lens_position, sample_position
-from .structs import CameraData, FrameData
 
 
 @wp.struct

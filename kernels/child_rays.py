@@ -6,6 +6,7 @@ import warp as wp
 
 from .constants import PASS_LIMIT
 from .features import Features
+from .frame_structs import FrameData
 from .observer import Observer, observed
 from .per_type import per_type
 from .ray_counts import (
@@ -18,11 +19,12 @@ from .ray_counts import (
     count_refraction,
 )
 from .ray_differential import track_bounce
+from .ray_structs import RayTask
 from .response import Shading
 from .sampling import branch_key
 from .shading_normal import mirror_normal
 from .spawn import spawn_origin
-from .structs import FrameData, RayTask, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_child, tell_push

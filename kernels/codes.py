@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What the numbers in the fields of ``structs`` stand for: host and kernels agree on them here.
+"""What the numbers in the fields of structs stand for: host and kernels agree on them here.
 
 Apart from the functions that read them, as ``group_structs`` is.
 """

@@ -8,6 +8,7 @@ from .albedo import diffuse_albedo
 from .bvh_structs import AccelData, Stack
 from .environment import dome_irradiance
 from .features import Features, PlainScene
+from .frame_structs import FrameData
 from .light_hooks import tell_dome
 from .light_illumination import sampled_illumination
 from .observer import Observer, Unobserved, observed
@@ -15,7 +16,7 @@ from .per_type import per_type
 from .response import MODEL_PREVIEW, Shading
 from .sample_emitter import dome_at
 from .shadow_queue import Shadows, add_term, begin_sum
-from .structs import DomeData, FrameData, SceneData
+from .structs import DomeData, SceneData
 from .surface import Surface
 from .vector import max_component
 from .visibility import holds

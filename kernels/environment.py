@@ -7,8 +7,10 @@ import warp as wp
 from .codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from .constants import MAX_ANISOTROPY
 from .features import Features, PlainScene
+from .frame_structs import FrameData
 from .per_type import per_type
-from .structs import DomeData, FrameData, RayDifferential, SceneData
+from .ray_structs import RayDifferential
+from .structs import DomeData, SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_footprint, sample_image
 from .visibility import holds
 

@@ -16,7 +16,8 @@ from .line_hit import surface_on_line
 from .native import spell_out
 from .number_rows import NUMBERS, row_int, row_vector, set_row
 from .primvar import NORMALS_SLOT
-from .structs import RayTask, SceneData
+from .ray_structs import RayTask
+from .structs import SceneData
 from .surface import Surface
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})

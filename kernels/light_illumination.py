@@ -8,6 +8,7 @@ from .bvh_structs import AccelData, Stack
 from .constants import SHADOW_END
 from .emission import is_mirrored
 from .features import Features, PlainScene
+from .frame_structs import FrameData
 from .light_hooks import tell_dark_light, tell_light, tell_sample, tell_samples, tell_samples_done, tell_shadow_ray
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
@@ -18,7 +19,7 @@ from .sample_light import has_extent
 from .sampling import branch_key, sequence_point, shuffle_index
 from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_sum, cast_shadow
-from .structs import FrameData, LightData, SceneData
+from .structs import LightData, SceneData
 from .surface import Surface
 from .vector import max_component, max_magnitude
 from .visibility import holds

@@ -7,6 +7,7 @@ import warp as wp
 from .bvh_structs import AccelData
 from .constants import GROUP
 from .features import Features, PlainScene
+from .frame_structs import FrameData
 from .group_structs import RayGroup
 from .group_surfaces import INSTANCE_ROW, POSITION_ROW, TRIANGLE_ROW
 from .lit_surfaces import (
@@ -23,8 +24,9 @@ from .number_rows import row_int, row_vector
 from .per_type import per_type
 from .ray_counts import count_shadow
 from .ray_set import count_rays, drop_first, first_ray
+from .ray_structs import ShadowRay
 from .shadow_queue import settle
-from .structs import FrameData, SceneData, ShadowRay
+from .structs import SceneData
 from .tile_structs import ShadowQueue
 from .whole_light import whole_light
 

@@ -7,7 +7,7 @@ import warp as wp
 from .constants import DIRECTION_ROW, GROUP, RAY_LISTS
 from .native import spell_out
 from .ray_group import PREPARE_RAYS
-from .structs import RayTask, ShadowRay
+from .ray_structs import RayTask, ShadowRay
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -12,11 +12,13 @@ import warp as wp
 
 from .constants import CUBIC_TUBE, FRUSTUM, GRAZING, PARAMETRIC, SPHERE, TRIANGLES
 from .features import Features, PlainScene
+from .frame_structs import FrameData
 from .intersect_tube import bezier_blossom, bezier_derivative
 from .per_type import per_type
 from .primvar import NORMALS_SLOT, primvar_corner, primvar_row
+from .ray_structs import RayDifferential, RayTask
 from .shape_surface import first_control, shape_axis, xyz
-from .structs import FrameData, RayDifferential, RayTask, SceneData
+from .structs import SceneData
 from .surface import Surface, eval_normals
 from .transform import transform_normal, transform_point, transform_vector
 from .triangle import triangle_corners

@@ -14,14 +14,16 @@ from .bvh_structs import AccelData, Stack
 from .bvh_traverse import closest_hit_from
 from .camera import EyeRay
 from .features import Features
+from .frame_structs import FrameData
 from .line_hit import surface_on_line
 from .material import NO_LEAK
 from .observer import Observer, observed
 from .per_type import per_type
 from .ray_counts import PRIMARY, count
 from .ray_differential import track_eye
+from .ray_structs import RayTask
 from .shadow_queue import AtOnce
-from .structs import FrameData, RayTask, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_eye

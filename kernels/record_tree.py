@@ -10,8 +10,10 @@ import warp as wp
 
 from .bvh_structs import AccelData, Stacks, stack_of_thread
 from .features import AnyScene
+from .frame_structs import FrameData
 from .observer import TreeRecorder
-from .structs import FrameData, RayTask, SceneData
+from .ray_structs import RayTask
+from .structs import SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

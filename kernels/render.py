@@ -6,8 +6,10 @@ import warp as wp
 
 from .bvh_structs import AccelData, Stacks
 from .features import AnyScene
+from .frame_structs import FilmData, FrameData
 from .observer import Unobserved
-from .structs import FilmData, FrameData, RayTask, SceneData
+from .ray_structs import RayTask
+from .structs import SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

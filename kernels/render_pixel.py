@@ -8,10 +8,12 @@ from .aov import FirstHit, write_aovs
 from .bvh_structs import AccelData, Stack, Stacks, stack_of_thread
 from .camera import make_eye_ray
 from .features import Features
+from .frame_structs import FilmData, FrameData
 from .observer import Observer, observed
+from .ray_structs import RayTask
 from .ray_tree import trace_tree
 from .sampling import pixel_key
-from .structs import FilmData, FrameData, RayTask, SceneData
+from .structs import SceneData
 
 
 @observed

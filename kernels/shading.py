@@ -7,6 +7,7 @@ import warp as wp
 from .bvh_structs import AccelData, Stack
 from .dome_illumination import add_domes
 from .features import Features, PlainScene
+from .frame_structs import FrameData
 from .light_hooks import tell_own_light
 from .light_illumination import light_illumination
 from .lit_surfaces import await_light
@@ -15,7 +16,7 @@ from .per_type import per_type
 from .response import MODEL_WHITTED, Shading
 from .shadow_queue import Shadows, begin_local
 from .spawn import is_at_rim
-from .structs import FrameData, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .tile_structs import ShadowQueue
 

@@ -9,7 +9,7 @@ import warp as wp
 
 from .bvh_structs import Stack
 from .group_structs import RayGroup
-from .structs import RayTask, ShadowRay
+from .ray_structs import RayTask, ShadowRay
 
 
 @wp.struct

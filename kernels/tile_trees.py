@@ -17,6 +17,7 @@ from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
 from .constants import GROUP, TILE_PIXELS
 from .features import Features
+from .frame_structs import FilmData, FrameData
 from .group_structs import RayGroup
 from .group_surfaces import find_surfaces, surface_in_group
 from .light_waiting import light_waiting
@@ -25,10 +26,11 @@ from .list_rays import gather_tasks, list_tasks
 from .observer import Unobserved
 from .per_type import per_type
 from .ray_counts import PRIMARY, count
+from .ray_structs import RayTask
 from .ray_tree import eye_task
 from .sampling import pixel_key
 from .shadow_queue import close_sum, open_queue, settle
-from .structs import FilmData, FrameData, RayTask, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .tile_structs import TilePixel, TileTrees
 from .tree_node import visit_node

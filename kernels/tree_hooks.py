@@ -6,8 +6,9 @@ import warp as wp
 
 from .bvh_structs import Hit
 from .observer import CostCounter, Observer, TreeRecorder, observed
+from .ray_structs import RayTask
 from .response import Shading
-from .structs import RayTask, SceneData
+from .structs import SceneData
 from .surface import Surface, element_of
 from .tree_record import EYE, PASSAGE, REFLECTION, REFRACTION, TRACED, NodeRecord
 

@@ -10,13 +10,15 @@ from .child_rays import push_children, push_passage
 from .emission import SeenLight, light_met, radiance_of_seen
 from .environment import environment
 from .features import Features
+from .frame_structs import FrameData
 from .material import eval_material
 from .observer import Observer, observed
 from .per_type import per_type
 from .ray_differential import track_hit
+from .ray_structs import RayTask
 from .shading import local_illumination
 from .shadow_queue import Shadows
-from .structs import FrameData, RayTask, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_background, tell_local, tell_ray, tell_surface

@@ -15,7 +15,7 @@ import warp_rt
 from warp_rt import Film, Renderer, RenderOptions
 from warp_rt.kernels.constants import RAY_LISTS
 from warp_rt.kernels.list_rays import gather_shadow_rays, gather_tasks, list_shadow_rays, list_tasks
-from warp_rt.kernels.structs import RayTask, ShadowRay
+from warp_rt.kernels.ray_structs import RayTask, ShadowRay
 from warp_rt.rendering import worker_scratch
 from warp_rt.rendering.tile_scratch import make_tile_trees
 from warp_rt.scene import Instances, Mesh, Scene

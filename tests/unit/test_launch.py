@@ -22,7 +22,7 @@ from warp_rt.device.launch import (
     tiles_of,
 )
 from warp_rt.errors import LimitError
-from warp_rt.kernels.structs import RayTask
+from warp_rt.kernels.ray_structs import RayTask
 from warp_rt.options import MAX_DEPTH
 from warp_rt.rendering.task_stack import task_bytes, task_capacity
 from warp_rt.warp_setup import init_warp

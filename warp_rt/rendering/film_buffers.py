@@ -14,7 +14,7 @@ import warp as wp
 
 from warp_rt.device.arrays import filled
 from warp_rt.errors import LimitError, OptionError, SceneError
-from warp_rt.kernels import codes, structs
+from warp_rt.kernels import codes, frame_structs
 from warp_rt.options import MAX_SIZE
 from warp_rt.scene import Camera, Settings
 from warp_rt.upload.device_scene import AovPrimvar
@@ -48,7 +48,7 @@ class FilmBuffers:
     """What the pixels of one render are written to."""
 
     data: Any
-    """``kernels.structs.FilmData``."""
+    """``kernels.frame_structs.FilmData``."""
     arrays: dict[str, wp.array]
     """By AOV; ``color`` is the sum over samples of radiance and alpha."""
     area: Rectangle
@@ -119,7 +119,7 @@ def make_film_buffers(
         LimitError: The device has not enough memory.
     """
     x, y, width, height = area
-    data = structs.FilmData()
+    data = frame_structs.FilmData()
     data.x, data.y = x, y
     needed = {_SOURCES.get(name, name) for name in aovs}
     wanted = [name for name in _FIELDS if name in needed]

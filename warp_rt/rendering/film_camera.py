@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.errors import SceneError
-from warp_rt.kernels import structs
+from warp_rt.kernels import frame_structs
 from warp_rt.near_matches import near_matches
 from warp_rt.options import DEFAULT_WIDTH, RenderOptions
 from warp_rt.rendering.framing import frame_scene
@@ -196,7 +196,7 @@ def pixel_aspect_ratio(camera: Camera, width: int, height: int, settings: Settin
 def camera_data(
     camera: Camera, width: int, height: int, settings: Settings, origin: np.ndarray, device: str = "cpu"
 ) -> Any:
-    """Return ``kernels.structs.CameraData`` of a picture of ``width`` by ``height`` pixels.
+    """Return ``kernels.frame_structs.CameraData`` of a picture of ``width`` by ``height`` pixels.
 
     Args:
         camera: As the scene has it.
@@ -217,7 +217,7 @@ def camera_data(
     if not np.any(forward):
         raise SceneError(f"{camera.path}: the camera's window or transform has no area")
     forward *= np.sign(forward @ view) / np.linalg.norm(forward)
-    data = structs.CameraData()
+    data = frame_structs.CameraData()
     data.origin = matrix[:3, 3] - origin
     data.corner = corner
     data.right = across

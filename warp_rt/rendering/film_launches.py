@@ -12,7 +12,7 @@ import warp as wp
 from warp_rt.bvh.accel import Accel
 from warp_rt.device.arrays import array_of_one
 from warp_rt.device.launch import StopFlag, Tile, bands_of, run_bands, run_tiles, tile_side, tiles_of
-from warp_rt.kernels.structs import FilmData
+from warp_rt.kernels.frame_structs import FilmData
 from warp_rt.options import DEFAULT_DEPTH
 from warp_rt.rendering.exposure import Exposure
 from warp_rt.rendering.kernel_choice import grows_together

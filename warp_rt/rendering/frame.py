@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rt.kernels import structs
+from warp_rt.kernels import frame_structs
 from warp_rt.kernels.codes import SHADOW_AUTO, SHADOW_OPAQUE, SHADOW_TRANSMIT
 from warp_rt.options import DEFAULT_DEPTH, DEFAULT_THRESHOLD, RenderOptions
 from warp_rt.scene import Scene, Settings
@@ -38,14 +38,14 @@ def resolve_options(options: RenderOptions, settings: Settings) -> RenderOptions
 
 
 def frame_data(options: RenderOptions, scene: Scene, camera: Any) -> Any:
-    """Return ``kernels.structs.FrameData``.
+    """Return ``kernels.frame_structs.FrameData``.
 
     Args:
         options: Resolved.
         scene: Its materials decide what shadow rays have to look at.
-        camera: ``kernels.structs.CameraData``.
+        camera: ``kernels.frame_structs.CameraData``.
     """
-    frame = structs.FrameData()
+    frame = frame_structs.FrameData()
     frame.camera = camera
     frame.depth = options.depth
     frame.threshold = min(options.threshold or 0.0, _LARGEST)

@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.bvh.accel import Accel
 from warp_rt.device.arrays import array_of_one
-from warp_rt.kernels import structs
+from warp_rt.kernels import frame_structs, structs
 from warp_rt.options import RenderOptions
 from warp_rt.rendering.film_camera import camera_data, choose_camera, exposed, frame_camera
 from warp_rt.rendering.frame import frame_data
@@ -47,7 +47,7 @@ class PreparedView:
         return [
             array_of_one(self.device_scene.data, structs.SceneData, accel.device),
             accel.table,
-            array_of_one(frame, structs.FrameData, accel.device),
+            array_of_one(frame, frame_structs.FrameData, accel.device),
         ]
 
 

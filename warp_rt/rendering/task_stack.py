@@ -7,7 +7,7 @@ from __future__ import annotations
 import warp as wp
 
 from warp_rt.kernels.constants import PASS_LIMIT
-from warp_rt.kernels.structs import RayTask
+from warp_rt.kernels.ray_structs import RayTask
 
 
 def task_capacity(depth: int) -> int:

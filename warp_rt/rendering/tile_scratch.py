@@ -9,7 +9,7 @@ import warp as wp
 from warp_rt.bvh.accel import Accel
 from warp_rt.bvh.ray_group import empty, make_ray_group
 from warp_rt.kernels.constants import GROUP, LIT_FLOATS, SHADOW_RAYS, SURFACE_FLOATS, TILE_NODES, TILE_PIXELS
-from warp_rt.kernels.structs import RayTask, ShadowRay
+from warp_rt.kernels.ray_structs import RayTask, ShadowRay
 from warp_rt.kernels.tile_structs import LitSurfaces, ShadowQueue, TilePixel, TileTrees, TreeNode
 from warp_rt.rendering.task_stack import task_capacity
 

@@ -14,7 +14,7 @@ from warp_rt.bvh.accel import Accel
 from warp_rt.bvh.stacks import make_stacks
 from warp_rt.device.arrays import array_of_one
 from warp_rt.kernels import ray_counts
-from warp_rt.kernels.structs import RayTask
+from warp_rt.kernels.ray_structs import RayTask
 from warp_rt.kernels.tile_structs import TileTrees
 from warp_rt.rendering.task_stack import task_capacity
 from warp_rt.rendering.tile_scratch import make_tile_trees
