@@ -381,11 +381,20 @@ OUTLINE_EDGES_FINE = wp.constant(64)
 WIDE_EDGE = wp.constant(0.1)
 """Squared sine of half the angle that an edge covers up to which a series of four terms holds, within 1e-6."""
 
-NARROW_CONE = wp.constant(0.25)
-"""Solid angle of a light's cone, by that of the light as seen, up to which the cone is sampled, too."""
+AIMED_LEAST = wp.constant(0.5)
+"""Part of a mesh light's samples below which none are aimed where its cone and focus leave most of it."""
 
-CONE_SHARE = wp.constant(0.5)
-"""Part of a light's samples that then goes into the cone."""
+AIMED_CONE = wp.constant(0.75)
+"""The same of other lights, whose own samples err less: of what a cone leaves;"""
+
+AIMED_FOCUS = wp.constant(0.97)
+"""of what a focus does, which is smooth."""
+
+AIMED_MOST = wp.constant(0.95)
+"""Most of them that are: the others find what a focus leaves elsewhere."""
+
+SERIES_END = wp.constant(0.05)
+"""Number up to which five terms of the series of exp and log hold, within 1e-7."""
 
 LIGHT_CELLS = wp.constant(8)
 """Cells each way that a light whose radiance varies is cut into where it counts as a whole; even."""

@@ -21,7 +21,8 @@ from .response import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, unmirror
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import meet_shaped, sample_shaped
-from .sample_mesh import meet_mesh, sample_mesh
+from .sample_mesh import meet_mesh
+from .sample_shaped_mesh import meet_shaped_mesh, sample_shaped_mesh
 from .structs import SceneData
 from .vector import fresnel_schlick, max_component
 
@@ -128,7 +129,7 @@ def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, 
     """
     if row < scene.light_count:
         if scene.lights[row].kind == KIND_MESH:
-            return sample_mesh(scene, scene.lights[row].mesh, position, u)
+            return sample_shaped_mesh(scene, scene.lights[row], position, u)
         return sample_shaped(scene.lights[row], position, u)
     dome = scene.domes[row - scene.light_count]
     if dome.cells_offset < 0:
@@ -147,7 +148,7 @@ def meet_emitter(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, row: i
     """Return what :func:`sample_where_it_is` makes of a direction from elsewhere: of a mesh, of its nearest point."""
     if row < scene.light_count:
         if scene.lights[row].kind == KIND_MESH:
-            return meet_mesh(scene, scene.lights[row].mesh, position, wi)
+            return meet_shaped_mesh(scene, scene.lights[row], position, wi)
         return meet_shaped(scene.lights[row], position, wi)
     dome = scene.domes[row - scene.light_count]
     s = LightDirection()

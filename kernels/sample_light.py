@@ -4,16 +4,18 @@
 
 import warp as wp
 
-from .constants import CONE_SHARE, NARROW_CONE
+from .codes import UNEVEN, VARIED
+from .constants import AIMED_CONE, AIMED_FOCUS
 from .light import KIND_CYLINDER, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
-from .light_direction import LightDirection, direction_in_cone
+from .light_direction import LightDirection
+from .outline import bounding_square
+from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_cylinder import meet_cylinder, sample_cylinder
 from .sample_disk import meet_disk, sample_disk
 from .sample_distant import meet_distant, sample_distant
 from .sample_rect import meet_rect, sample_rect
 from .sample_sphere import meet_sphere, sample_sphere
 from .structs import LightData
-from .vector import perpendicular_frame
 
 
 @wp.func
@@ -63,50 +65,36 @@ def meet_extent(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> Lig
 
 
 @wp.func
-def cone_cap_of(light: wp.ref[LightData], position: wp.vec3) -> float:
-    """Return 1 - cos of a light's cone where that is much narrower than the light as a point sees it; else 0.
-
-    There most samples of the light's shape would fall where it is dark.
-    """
-    if light.cone_angle >= 0.5 * wp.pi:
-        return 0.0
-    sine = wp.sin(0.5 * light.cone_angle)
-    cap = 2.0 * sine * sine
-    size2 = wp.length_sq(light.half_x) + wp.length_sq(light.half_y) + wp.length_sq(light.half_z)
-    # 1 - cos is half the squared sine where that is small, and up to 1.
-    seen = wp.min(0.5 * size2 / wp.max(wp.length_sq(light.position - position), 1.0e-30), 1.0)
-    return cap if cap < NARROW_CONE * seen else 0.0
-
-
-@wp.func
-def add_cone_pdf(light: wp.ref[LightData], cap: float, d: wp.ref[LightDirection]):
-    """Make a direction's density that of :func:`sample_shaped` from that of :func:`sample_extent`.
-
-    Args:
-        light: The light.
-        cap: Above 0, of its :func:`cone_cap_of`.
-        d: Direction and density.
-    """
-    if d.pdf > 0.0:
-        d.pdf = d.pdf * (1.0 - CONE_SHARE)
-        if 0.5 * wp.length_sq(d.wi - light.axis_z) <= cap:
-            d.pdf += CONE_SHARE / (2.0 * wp.pi * cap)
+def aim_of(light: wp.ref[LightData], position: wp.vec3) -> Aim:
+    """Return where a light is sampled for its cone and focus, if these leave far less of it than is seen."""
+    if (light.varies & VARIED) == 0 or light.kind == KIND_DISTANT:
+        return Aim()
+    center = light.position - position
+    x = light.half_x
+    y = light.half_y
+    z = light.half_z
+    # A box about it, which looks as large as its sides together.
+    sides = wp.vec3(wp.dot(wp.cross(x, y), center), wp.dot(wp.cross(y, z), center), wp.dot(wp.cross(z, x), center))
+    seen = 4.0 * (wp.abs(sides[0]) + wp.abs(sides[1]) + wp.abs(sides[2])) / wp.max(wp.length(center), 1.0e-30)
+    size2 = bounding_square(light)
+    if (light.varies & UNEVEN) == 0 and light.kind != KIND_RECT:
+        size2 = light.radius * light.radius
+        if light.kind == KIND_CYLINDER:
+            size2 += wp.length_sq(x)
+    return aim_at(light, center, size2, seen, AIMED_FOCUS if light.focus > 0.0 else AIMED_CONE)
 
 
 @wp.func
 def sample_shaped(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
-    """Return what :func:`sample_extent` does; of lights with a narrow cone, some directions are the cone's."""
-    cap = cone_cap_of(light, position)
-    if cap == 0.0:
-        return sample_extent(light, position, u)
+    """Return what :func:`sample_extent` does; of shaped lights, some directions are where that leaves most of them."""
+    aim = aim_of(light, position)
     d = LightDirection()
-    if u[0] < CONE_SHARE:
-        local = direction_in_cone(cap, wp.vec2(u[0] / CONE_SHARE, u[1]))
-        x, y = perpendicular_frame(light.axis_z)
-        d = meet_extent(light, position, x * local[0] + y * local[1] + light.axis_z * local[2])
+    if u[0] < aim.share:
+        d = meet_extent(light, position, aimed_direction(aim, wp.vec2(u[0] / aim.share, u[1])))
     else:
-        d = sample_extent(light, position, wp.vec2((u[0] - CONE_SHARE) / (1.0 - CONE_SHARE), u[1]))
-    add_cone_pdf(light, cap, d)
+        d = sample_extent(light, position, wp.vec2((u[0] - aim.share) / (1.0 - aim.share), u[1]))
+    if aim.share > 0.0 and d.pdf > 0.0:
+        d.pdf = (1.0 - aim.share) * d.pdf + aim.share * aimed_pdf(aim, d.wi)
     return d
 
 
@@ -114,9 +102,9 @@ def sample_shaped(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> Li
 def meet_shaped(light: wp.ref[LightData], position: wp.vec3, wi: wp.vec3) -> LightDirection:
     """Return what :func:`sample_shaped` makes of a unit direction that comes from elsewhere."""
     d = meet_extent(light, position, wi)
-    cap = cone_cap_of(light, position)
-    if cap > 0.0:
-        add_cone_pdf(light, cap, d)
+    aim = aim_of(light, position)
+    if aim.share > 0.0 and d.pdf > 0.0:
+        d.pdf = (1.0 - aim.share) * d.pdf + aim.share * aimed_pdf(aim, wi)
     return d
 
 

@@ -64,6 +64,19 @@ def ball_square(triangle: LightTriangle) -> float:
 
 
 @wp.func
+def ball_of_mesh(scene: wp.ref[SceneData], mesh: LightMeshData) -> wp.vec4:
+    """Return the centre of a ball that holds a mesh light, and its squared radius."""
+    triangle = scene.light_triangles[mesh.offset]
+    center = middle_of(triangle)
+    size2 = ball_square(triangle)
+    if mesh.leaves > 1:
+        whole = scene.light_clusters[mesh.clusters + 1]
+        center = whole.center
+        size2 = whole.radius * whole.radius
+    return wp.vec4(center[0], center[1], center[2], size2)
+
+
+@wp.func
 def half_triangle(triangle: LightTriangle, is_second: bool) -> LightTriangle:
     """Return one of the two triangles that a cut from the middle of the longest side makes, wound as it is."""
     x = triangle.side_x
@@ -129,13 +142,9 @@ def grain_of(scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMesh
     grain = Grain()
     if (light.varies & VARIED) == 0:
         return grain
-    triangle = scene.light_triangles[mesh.offset]
-    center = middle_of(triangle)
-    size2 = ball_square(triangle)
-    if mesh.leaves > 1:
-        whole = scene.light_clusters[mesh.clusters + 1]
-        center = whole.center
-        size2 = whole.radius * whole.radius
+    ball = ball_of_mesh(scene, mesh)
+    center = wp.vec3(ball[0], ball[1], ball[2])
+    size2 = ball[3]
     half = half_angle(size2, wp.length_sq(center - position))
     reach = light.cone_angle - angle_to_axis(light, wp.normalize(center - position)) + half
     grain.rim = RIM_PIECE * wp.max(wp.min(wp.min(light.cone_angle, half), reach), SLIVER_PIECE * half)

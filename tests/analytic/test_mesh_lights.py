@@ -77,6 +77,22 @@ def test_a_rectangle_of_triangles_is_a_rect_light(place: tuple[float, float], ti
     np.testing.assert_allclose(lit(light, place, light_samples=samples), expected, rtol=5e-3 if samples else 2e-5)
 
 
+@pytest.mark.parametrize(
+    ("shaping", "expected"),
+    [({"cone_angle": np.radians(6)}, np.sin(np.radians(6)) ** 2), ({"focus": 1000.0}, 2 / 1002)],
+    ids=["cone", "focus"],
+)
+@pytest.mark.parametrize("shape", ["sheet", "ball"])
+def test_most_samples_go_where_cone_and_focus_leave_something(shape: str, shaping: dict, expected: float) -> None:
+    """Under the middle of a light that is far larger: E = pi L sin^2 of the cone, 2 pi L / (focus + 2)."""
+    matrix = np.eye(4)
+    matrix[2, 3] = 1.5
+    triangles = ball() if shape == "ball" else refined(TRIANGLES, 2)[:, ::-1] * np.float32([2, -2, 2])
+    light = mesh(triangles, matrix, **shaping)
+    for samples, error in ((4096, 5e-3), (64, 0.06)):
+        np.testing.assert_allclose(lit(light, (0, 0), light_samples=samples), L * expected, rtol=error)
+
+
 @pytest.mark.parametrize("mirror", [(1, 1, 1), (-1, 1, 1), (1, 1, -1)])
 def test_it_shines_outwards_also_when_mirrored(mirror: tuple) -> None:
     """Mirrored along its normal a rect would shine the other way; a mesh's outside turns with it."""

@@ -89,6 +89,17 @@ def test_narrow_cones_of_large_lights_get_samples_of_their_own(kind: LightKind) 
 
 
 @pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
+def test_sharp_foci_of_large_lights_get_samples_of_their_own(kind: LightKind) -> None:
+    """Under the middle of a light that ends where its focus is dark: E = 2 pi L / (focus + 2)."""
+    sizes = {"radius": 0.8, "width": 2.0, "height": 2.0, "length": 2.5}
+    light = lamp(kind, (0.0, 0.0, 2.0), focus=2000.0, **sizes)
+    scene = scene_of(square(whitted(diffuse=1.0), half=20), lights=[light])
+    for samples, error in ((4096, 5e-3), (64, 0.06)):
+        got = radiance(scene, parallel((0, 0, 0.01)), light_samples=samples)[0]
+        assert got == pytest.approx(2 / 2002, rel=error)
+
+
+@pytest.mark.parametrize("kind", SHAPES, ids=lambda kind: kind.name.lower())
 def test_what_lies_below_the_horizon_gives_nothing(kind: LightKind) -> None:
     """The floor cuts through the light, which reaches as far below it as above."""
     light = lamp(kind, (0.0, 0.0, 0.1), direction=(0, 1, -0.2), **SHAPES[kind])
