@@ -8,7 +8,7 @@ Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance 
 import warp as wp
 
 from .outline import direction_offset, edge_flux
-from .structs import LightTriangle
+from .structs import LightMeshData, LightTriangle
 
 Offsets = wp.types.matrix(shape=(4, 3), dtype=wp.float32)
 
@@ -35,6 +35,13 @@ class VisiblePart:
 def middle_of(triangle: LightTriangle) -> wp.vec3:
     """Return the mean of a triangle's corners."""
     return triangle.origin + (triangle.side_x + triangle.side_y) / 3.0
+
+
+@wp.func
+def faces_away(mesh: wp.ref[LightMeshData], triangle: LightTriangle, wi: wp.vec3) -> bool:
+    """Return whether a triangle of a mesh light is dark, or seen edge-on, from where ``wi`` leads to it."""
+    outwards = wp.dot(wp.cross(triangle.side_x, triangle.side_y), wi)
+    return outwards == 0.0 or (outwards > 0.0 and mesh.is_double_sided == 0)
 
 
 @wp.struct

@@ -9,9 +9,9 @@ of the scene counts.
 
 import warp as wp
 
+from .cluster_walk import is_ball_met, meet_triangle, next_cluster
 from .constants import SHADOW_END
 from .light_triangle import VisiblePart
-from .sample_mesh import is_ball_met, meet_triangle, next_cluster
 from .structs import LightMeshData, SceneData
 
 OUTSIDE = wp.constant(1)

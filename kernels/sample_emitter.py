@@ -12,7 +12,7 @@ Reference: Veach (1997), Robust Monte Carlo Methods for Light Transport Simulati
 import warp as wp
 
 from .brdf import phong
-from .constants import GLOSS_SHARE, IMAGE_SHARE, SHADOW_END
+from .constants import GLOSS_SHARE, IMAGE_SHARE
 from .emission import is_mirrored, light_emission
 from .environment import dome_radiance
 from .light import KIND_MESH
@@ -21,8 +21,7 @@ from .response import MODEL_PREVIEW, Shading, eval_lobes, mirror_share, unmirror
 from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_image
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import meet_shaped, sample_shaped
-from .sample_mesh import meet_mesh
-from .sample_shaped_mesh import meet_shaped_mesh, sample_shaped_mesh
+from .sample_shaped_mesh import is_nearest, meet_shaped_mesh, sample_shaped_mesh
 from .structs import SceneData
 from .vector import fresnel_schlick, max_component
 
@@ -129,7 +128,7 @@ def sample_where_it_is(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, 
     """
     if row < scene.light_count:
         if scene.lights[row].kind == KIND_MESH:
-            return sample_shaped_mesh(scene, scene.lights[row], position, u)
+            return sample_shaped_mesh(scene, scene.lights[row], position, n, u)
         return sample_shaped(scene.lights[row], position, u)
     dome = scene.domes[row - scene.light_count]
     if dome.cells_offset < 0:
@@ -148,7 +147,7 @@ def meet_emitter(scene: wp.ref[SceneData], n: wp.vec3, position: wp.vec3, row: i
     """Return what :func:`sample_where_it_is` makes of a direction from elsewhere: of a mesh, of its nearest point."""
     if row < scene.light_count:
         if scene.lights[row].kind == KIND_MESH:
-            return meet_shaped_mesh(scene, scene.lights[row], position, wi)
+            return meet_shaped_mesh(scene, scene.lights[row], position, n, wi)
         return meet_shaped(scene.lights[row], position, wi)
     dome = scene.domes[row - scene.light_count]
     s = LightDirection()
@@ -191,8 +190,7 @@ def sample_emitter(
     met = float(1.0)
     if u[0] < own and own < 1.0 and e.row < scene.light_count and scene.lights[e.row].kind == KIND_MESH:
         # Where a mesh is behind itself, lobes sample what is nearest alone.
-        nearest = meet_mesh(scene, scene.lights[e.row].mesh, position, d.wi)
-        met = 1.0 if nearest.distance >= d.distance * SHADOW_END else 0.0
+        met = 1.0 if is_nearest(scene, scene.lights[e.row], position, d) else 0.0
     if e.base_share > 0.0:
         pdf += met * e.base_share * ggx_pdf(shading.n, shading.wo, shading.alpha, d.wi)
     if e.coat_share > 0.0:

@@ -16,6 +16,7 @@ International Journal for Numerical Methods in Engineering 20(4).
 
 import warp as wp
 
+from .cluster_walk import next_cluster
 from .codes import VARIED
 from .constants import (
     CANCELLED,
@@ -47,7 +48,6 @@ from .light_variation import (
     profile_cell,
 )
 from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
-from .sample_mesh import next_cluster
 from .structs import LightData, LightMeshData, LightTriangle, SceneData
 from .vector import max_magnitude
 

@@ -257,6 +257,8 @@ class LightCluster:
     """Of the ball about it that holds them."""
     area: wp.vec3
     """Sum of their normals, each as long as its triangle is large."""
+    size: wp.float32
+    """Sum of their areas."""
     moment: wp.mat33
     """Sum of the outer products of those and their triangles' middles, from the centre: 0 where all lie in a plane."""
     cos_spread: wp.float32
@@ -277,8 +279,6 @@ class LightTriangle:
     side_x: wp.vec3
     """From the origin to the second corner; so too ``side_y``, to the third."""
     side_y: wp.vec3
-    share: wp.float32
-    """Part of the light's area up to this triangle, itself included."""
     free_sides: wp.int32
     """Sides from which nothing that is drawn of the light can be before it: 1 the outside, 2 the inside, 3 both."""
     body: wp.int32

@@ -8,13 +8,13 @@ Nature 324: what is small as seen from a point acts as if all of it were at its 
 
 import warp as wp
 
+from .cluster_walk import next_cluster
 from .codes import VARIED
 from .constants import CLUSTER_SIZE, LIGHT_CLEARANCE, MESH_LIGHT_EXACT, SEEN_POINTS
 from .light import LightSample, patch_irradiance
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import CUT, DARK
 from .mesh_visibility import SeenPoints, is_free, look_past_rest
-from .sample_mesh import next_cluster
 from .shaped_mesh import Grain, grain_of, patch_view, shade_patch, shaped_triangle
 from .structs import LightCluster, LightData, LightMeshData, LightTriangle, SceneData
 from .vector import face_forward

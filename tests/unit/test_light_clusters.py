@@ -31,6 +31,7 @@ def test_each_holds_its_triangles(count: int) -> None:
             assert cluster["cos_spread"] > 1
             continue
         np.testing.assert_allclose(cluster["area"], own.sum(axis=0), rtol=1e-5, atol=1e-6)
+        assert cluster["size"] == pytest.approx(np.linalg.norm(own, axis=1).sum(), rel=1e-5)
         outer = np.einsum("nj,nk->jk", own, corners[held].mean(axis=1) - cluster["center"])
         np.testing.assert_allclose(cluster["moment"], outer, atol=1e-4)
         assert np.linalg.norm(corners[held] - cluster["center"], axis=2).max() <= cluster["radius"]

@@ -49,7 +49,7 @@ def light_clusters(corners: np.ndarray, free_sides: np.ndarray, bodies: np.ndarr
         cosines = np.einsum("nkc,nc->nk", normals.reshape(count, -1, 3), axis)
         lowest = np.where(sizes.reshape(count, -1) > 0, cosines, 1).min(axis=1)
         rows = table[count : 2 * count]
-        rows["center"], rows["area"] = center, area
+        rows["center"], rows["area"], rows["size"] = center, area, size
         rows["moment"] = product - area[:, :, None] * center[:, None, :]
         reach = np.linalg.norm(points - center[:, None], axis=2).max(axis=1)
         rows["radius"] = reach + _ROUNDING * (reach + np.abs(center).max(axis=1))

@@ -150,7 +150,6 @@ class LightTables:
         areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
         table = np.zeros(len(corners), structs.LightTriangle.numpy_dtype())
         table["origin"], table["side_x"], table["side_y"] = corners[:, 0], sides[:, 0], sides[:, 1]
-        table["share"] = np.cumsum(areas) / areas.sum()
         wound = corners[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides], axis=1)
         table["free_sides"], table["body"] = BOTH_SIDES, -1
         if light.drawn_by is not None:
