@@ -8,6 +8,7 @@ from pxr import Gf, Usd
 
 from warp_rt.report import Report
 from warp_rt.usd.color_spaces import color_space, color_space_of
+from warp_rt.usd.load import load_stage
 
 D65 = (0.3127, 0.3290)
 PRIMARIES = {
@@ -126,3 +127,41 @@ def test_space_of_a_colour(path: str, expected: tuple | None, codes: list) -> No
         assert space is None
     else:
         np.testing.assert_allclose(space.to_linear(np.array((0.25, 0.0, 0.0))), expected, atol=1e-4)
+
+
+SPACE = 'prepend apiSchemas = ["ColorSpaceAPI"]'
+SRGB = 'uniform token colorSpace:name = "srgb_rec709_scene"\n'
+GREY_MESH = """def Mesh "Mesh" {
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    color3f[] primvars:displayColor = [(0.5, 0.5, 0.5)]
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "is_srgb"),
+    [
+        (f'def Xform "A" {{\n{GREY_MESH}}}\n', False),
+        (f'def Xform "A" ({SPACE}) {{\n{SRGB}def Xform "B" {{\n{GREY_MESH}}}\n}}\n', True),
+        (GREY_MESH.replace('"Mesh" {', f'"Mesh" ({SPACE}) {{\n{SRGB}'), True),
+        (
+            f'class Xform "C" {{\n{GREY_MESH}}}\n'
+            f'def "I" (instanceable = true\ninherits = </C>\n{SPACE}) {{\n{SRGB}}}\n',
+            True,
+        ),
+        (
+            f'over "Library" ({SPACE}) {{\n{SRGB}def Xform "P" {{\n{GREY_MESH}}}\n}}\ndef PointInstancer "I" {{\n'
+            "rel prototypes = </Library/P>\nint[] protoIndices = [0]\npoint3f[] positions = [(0, 0, 0)]\n}\n",
+            True,
+        ),
+    ],
+    ids=["nobody", "two above", "the mesh", "an instance", "above a prototype that is not drawn itself"],
+)
+def test_the_nearest_space_above_a_mesh_is_that_of_its_color(text: str, is_srgb: bool) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{text}")
+    (mesh,) = load_stage(stage).meshes
+    expected = ((0.5 + 0.055) / 1.055) ** 2.4 if is_srgb else 0.5
+    np.testing.assert_allclose(mesh.primvars["displayColor"].values, [[expected] * 3], rtol=1e-6)

@@ -26,6 +26,11 @@ class Authored:
     """Those of operations of a transform."""
 
 
+def authored_names(prim: Usd.Prim, has_clips: bool) -> tuple[str, ...]:
+    """Return the names of a prim's properties that may have values; ``has_clips``: see ``AuthoredReader.read``."""
+    return tuple(get_property_names(prim) if has_clips else get_authored_property_names(prim))
+
+
 class AuthoredReader:
     """Reads what prims author; those that author the same share one record, for there are few kinds of prims."""
 
@@ -39,7 +44,10 @@ class AuthoredReader:
             prim: The prim.
             has_clips: Whether value clips may hold values of the schema's properties that no layer names.
         """
-        names = tuple(get_property_names(prim) if has_clips else get_authored_property_names(prim))
+        return self.record(authored_names(prim, has_clips))
+
+    def record(self, names: tuple[str, ...]) -> Authored:
+        """Return the record of prims that author properties of these names."""
         authored = self._known.get(names)
         if authored is None:
             authored = self._known[names] = Authored(

@@ -75,6 +75,8 @@ class Context(NamedTuple):
     """Whether a SkelRoot is above."""
     is_proxy: bool = False
     """Whether the prims are instance proxies."""
+    may_have_color_space: bool = False
+    """Whether a ColorSpaceAPI is above."""
 
     def children(self, prim: Usd.Prim) -> Sequence[Usd.Prim]:
         """Return the children of the prim that hands this on that are visited."""
@@ -89,7 +91,7 @@ class Context(NamedTuple):
 
 
 def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: Usd.TimeCode, report: Report) -> Context:
-    """Return the context with what a prim's applied schemas say of visibility and levels of detail."""
+    """Return the context with what a prim's applied schemas say of visibility, levels of detail and colour spaces."""
     if "VisibilityAPI" in schemas:
         here = here._replace(hidden_purposes=hidden_purposes(prim, here.hidden_purposes, time, report))
     if "LODOverrideAPI" in schemas:
@@ -97,6 +99,8 @@ def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: U
     if "LODRootAPI" in schemas:
         items = [child for child in prim.GetFilteredChildren(here.predicate) if child.IsLoaded()]
         here = here._replace(lod_items=drawn_items(prim, items, here.lod_override, time, report))
+    if "ColorSpaceAPI" in schemas:
+        here = here._replace(may_have_color_space=True)
     return here
 
 

@@ -43,7 +43,7 @@ def read_geometry(sources: Sequence[Source], report: Report) -> list[MeshSource 
 
 
 def _read_other(source: Source, report: Report) -> MeshSource | None:
-    prim, _, skin, time, carried_to, level, kind, _ = source
+    prim, _, skin, time, carried_to, level, kind, _, _ = source
     if kind in curves.TYPES:
         return curves.read_shapes(prim, time, report, skin=skin, level=level, carried_to=carried_to)
     if kind == "TetMesh":

@@ -128,7 +128,8 @@ class GprimReader:
         level = context.level
         if level is None:
             level = self._levels.get(str(path), self._level) if self._levels else self._level
-        source = Source(prim, authored, skin, time, carried_to, level, kind, has_children)
+        has_space = context.may_have_color_space
+        source = Source(prim, authored, skin, time, carried_to, level, kind, has_children, has_space)
         return self._add(prim, path, (key, level), source, context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
@@ -161,7 +162,7 @@ class GprimReader:
         rows: list[tuple[int, int, int]] = []
         meshes: dict[object, int] = {}
         drawn: list[Mesh | Shapes] = []
-        prims: dict[tuple[Sdf.Path, int], int] = {}
+        prims: dict[tuple[str, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
         spaces: dict[int, np.ndarray] = {}
         for listed in self._listed:
@@ -175,14 +176,14 @@ class GprimReader:
             mesh = meshes.setdefault(key, len(meshes))
             if len(meshes) > len(drawn):
                 drawn.append(source.mesh if move is None else self._displacements.apply(source.mesh, move))
-            prim = prims.setdefault((listed.path, listed.context.tail_start), len(prims))
+            prim = prims.setdefault((str(listed.path), listed.context.tail_start), len(prims))
             if listed.object_from_local is not None:
                 spaces[prim] = listed.object_from_local
             rows.append((mesh, prim, material_sets.setdefault(bound, len(material_sets))))
         of_mesh, of_prim, of_materials = np.array(rows, np.int32).reshape(-1, 3).T.copy()
         return Gprims(
             meshes=tuple(drawn),
-            prims=tuple(str(path) for path, _ in prims),  # one after the other in memory
+            prims=tuple(path for path, _ in prims),
             tail_starts=tuple(start for _, start in prims),
             material_sets=tuple(material_sets),
             mesh=of_mesh,

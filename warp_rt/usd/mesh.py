@@ -41,7 +41,7 @@ ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
 _TURNING = (*_NORMALS, "orientation")
 _SMALL = 1 << 12  # elements of an array up to which it stays USD's until it is joined with others
-_JOINED_CORNERS = 1 << 17  # of meshes that are cut together: more saves no time, and takes memory
+_JOINED_CORNERS = 1 << 14  # of meshes that are cut together: what is computed on the way stays in the cache
 
 
 class _Mesh(NamedTuple):
@@ -108,7 +108,7 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Me
 
 def _read_mesh(source: Source, report: Report) -> _Mesh | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
-    prim, authored, skin, time, carried_to, level, _, _ = source
+    prim, authored, skin, time, carried_to, level, _, _, _ = source
     points: Any = read_points(prim, time, carried_to) if carried_to else get_value(get_attribute(prim, "points"), time)
     counts = get_value(get_attribute(prim, "faceVertexCounts"), time)
     indices = get_value(get_attribute(prim, "faceVertexIndices"), time)

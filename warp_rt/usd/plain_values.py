@@ -14,21 +14,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Sdf, Tf, UsdGeom, Vt
 
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
 from warp_rt.usd.arrays import joined_slices, with_infinities
-from warp_rt.usd.authored import Authored
 from warp_rt.usd.color_spaces import color_space_of
 from warp_rt.usd.primvars import WIDTHS, Elements, is_declared_drawable
 from warp_rt.usd.questions import (
-    compute_color_space_name,
     get_attribute,
     get_metadata,
     get_value,
     get_value_type,
     has_authored_connections,
+    has_color_space,
 )
 from warp_rt.usd.sources import Source
 
@@ -161,21 +160,20 @@ def _join(held: Sequence[PlainRows]) -> set[PlainRows]:
 
 
 def _read(source: Source, has_normals: bool, constants: _Constants, report: Report) -> PlainValues:
-    prim, authored, _, time, _, _, _, _ = source
     try:
         return PlainValues(
-            _read_normals(prim, authored, time) if has_normals else None,
-            _read_primvars(prim, authored, time, constants, report) if authored.primvars else (),
+            _read_normals(source) if has_normals else None,
+            _read_primvars(source, constants, report) if source.authored.primvars else (),
         )
     except (Tf.ErrorException, RuntimeError):  # which those who read one at a time will meet, and tell
         return PlainValues()
 
 
-def _read_normals(prim: Usd.Prim, authored: Authored, time: Usd.TimeCode) -> PlainRows | None:
-    if "primvars:normals" in authored.names:  # takes precedence, unless it is blocked
+def _read_normals(source: Source) -> PlainRows | None:
+    if "primvars:normals" in source.authored.names:  # takes precedence, unless it is blocked
         return None
-    attribute = get_attribute(prim, "normals")
-    value = get_value(attribute, time)
+    attribute = get_attribute(source.prim, "normals")
+    value = get_value(attribute, source.time)
     if type(value) is not Vt.Vec3fArray:
         return None
     interpolation = get_metadata(attribute, "interpolation") or UsdGeom.Tokens.vertex
@@ -183,9 +181,10 @@ def _read_normals(prim: Usd.Prim, authored: Authored, time: Usd.TimeCode) -> Pla
 
 
 def _read_primvars(
-    prim: Usd.Prim, authored: Authored, time: Usd.TimeCode, constants: _Constants, report: Report
+    source: Source, constants: _Constants, report: Report
 ) -> tuple[PlainRows | PlainConstant, ...] | None:
     """Return primvars, whose values are not looked through yet; None where one is not plain."""
+    prim, authored, _, time, _, _, _, _, may_have_color_space = source
     found: list[PlainRows | PlainConstant] = []
     for name in authored.primvars:
         if name.endswith(_INDICES):
@@ -209,7 +208,8 @@ def _read_primvars(
         width = _COMPONENTS.get(type(value))
         if width is None or width != (needed or width) or not len(value):
             return None
-        if may_be_color and width >= _COLOR_WIDTH and _is_converted(attribute, report):
+        has_space = may_be_color and width >= _COLOR_WIDTH and (may_have_color_space or has_color_space(attribute))
+        if has_space and color_space_of(attribute, report) is not None:
             return None
         indices = None
         if name + _INDICES in authored.names:
@@ -221,11 +221,6 @@ def _read_primvars(
             continue
         found.append(PlainRows(base_name, value, indices, interpolation))
     return tuple(found)
-
-
-def _is_converted(color: Usd.Attribute, report: Report) -> bool:
-    """Return whether the values of a colour are of another space than colours are computed in."""
-    return bool(compute_color_space_name(color, None)) and color_space_of(color, report) is not None
 
 
 @functools.lru_cache(maxsize=1024)

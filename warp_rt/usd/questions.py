@@ -30,10 +30,10 @@ is_model = Usd.Prim.IsModel
 get_value = Usd.Attribute.Get
 get_value_type = Usd.Attribute.GetTypeName
 get_metadata = Usd.Attribute.GetMetadata
+has_color_space = Usd.Attribute.HasColorSpace
 has_authored_connections = Usd.Attribute.HasAuthoredConnections
 
 get_forwarded_targets = Usd.Relationship.GetForwardedTargets
-compute_color_space_name = Usd.ColorSpaceAPI.ComputeColorSpaceName
 
 
 def get_type_name(prim: Usd.Prim) -> str:

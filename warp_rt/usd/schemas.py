@@ -17,7 +17,7 @@ MOTION_SCALE = "W423"
 IDLE_ATTRIBUTE = "N924"
 
 _LABELS = "SemanticsLabelsAPI:"
-_HEEDED = ("MotionAPI", "VisibilityAPI", "LODOverrideAPI", "LODRootAPI")
+_HEEDED = ("MotionAPI", "VisibilityAPI", "LODOverrideAPI", "LODRootAPI", "ColorSpaceAPI")
 _OF_IMAGEABLES = ("visibility", "purpose")
 _OF_XFORMABLES = ("xformOpOrder",)
 _OF_GEOMETRY = ("points",)  # told of prims without a type, whose author may have forgotten it

@@ -34,6 +34,8 @@ class Source(NamedTuple):
     """Its type."""
     may_have_subsets: bool = True
     """Whether there are prims below it."""
+    may_have_color_space: bool = True
+    """Whether a ColorSpaceAPI may say how its colours are meant, or those of prims above it."""
 
 
 class MeshSource(NamedTuple):

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 
 from pxr import Usd
 
 from warp_rt.usd import geometry
-from warp_rt.usd.authored import Authored, AuthoredReader
+from warp_rt.usd.authored import Authored, AuthoredReader, authored_names
 from warp_rt.usd.context import COMPLEXITY
 from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader
 
@@ -32,6 +33,8 @@ class Traits:
     """Whether prims below it may have a binding or a primvar from it."""
     is_geometry: bool
     """Whether it is of one of ``geometry.TYPES``."""
+    is_instancer: bool
+    """Whether it is a PointInstancer."""
     is_ordinary: bool
     """Whether it has nothing that the walk heeds but a transform, geometry, bindings, primvars and children."""
 
@@ -42,7 +45,7 @@ class TraitsReader:
     def __init__(self) -> None:
         self._types = TypeReader()
         self._authored = AuthoredReader()
-        self._known: dict[tuple[PrimType, Authored], Traits] = {}
+        self._known: defaultdict[PrimType, dict[tuple[str, ...], Traits]] = defaultdict(dict)
 
     def read(self, prim: Usd.Prim, has_clips: bool) -> Traits:
         """Return the traits of a prim.
@@ -51,10 +54,11 @@ class TraitsReader:
             prim: The prim.
             has_clips: See ``AuthoredReader.read``.
         """
-        key = self._types.read(prim), self._authored.read(prim, has_clips)
-        traits = self._known.get(key)
+        prim_type, names = self._types.read(prim), authored_names(prim, has_clips)
+        of_type = self._known[prim_type]
+        traits = of_type.get(names)
         if traits is None:
-            traits = self._known[key] = _traits(*key)
+            traits = of_type[names] = _traits(prim_type, self._authored.record(names))
         return traits
 
 
@@ -66,6 +70,7 @@ def _traits(prim_type: PrimType, authored: Authored) -> Traits:
         is_moved=prim_type.is_xformable and bool(authored.operations or "xformOpOrder" in names),
         hands_down=bool(authored.bindings or authored.primvars),
         is_geometry=kind in geometry.TYPES,
+        is_instancer=kind == "PointInstancer",
         is_ordinary=prim_type.is_known
         and not (prim_type.schemas or prim_type.is_light or kind in _HEEDED_TYPES)
         and names.isdisjoint(_HEEDED_NAMES)

@@ -122,32 +122,33 @@ class StageWalk:
             raise LimitError(f"{roots[0].GetPath()}: instances nested more than {self._limits.nesting} deep")
         if roots:
             context = context._replace(is_proxy=roots[0].IsInstanceProxy())
-        pending = [(prim, context, _IDENTITY, True) for prim in reversed(roots)]
+        pending = [(iter(roots), context, _IDENTITY, True)]
         while pending:
-            prim, above, place, may_be_unusual = pending.pop()
-            self._visited += 1
-            if self._visited > self._limits.prims:
-                raise LimitError(f"{get_path(prim)}: the stage holds more than {self._limits.prims} prims")
-            try:
-                visited = self._visit(prim, above, place, may_be_unusual, builder)
-            except Tf.ErrorException as error:
-                report_unreadable(prim, error, self._report, "left out with all below it")
-                continue
-            if visited is None:
-                continue
-            passed_on, matrix, children = visited
-            if not children:
-                continue
-            if get_path(prim).pathElementCount > self._limits.depth:
-                raise LimitError(f"{get_path(prim)}: prims nested more than {self._limits.depth} deep")
-            may_be_unusual = has_unusual_children(prim)
-            pending.extend([(child, passed_on, matrix, may_be_unusual) for child in reversed(children)])
+            siblings, above, place, may_be_unusual = pending[-1]
+            for prim in siblings:
+                self._visited += 1
+                if self._visited > self._limits.prims:
+                    raise LimitError(f"{get_path(prim)}: the stage holds more than {self._limits.prims} prims")
+                try:
+                    below = self._visit(prim, above, place, may_be_unusual, builder)
+                except Tf.ErrorException as error:
+                    report_unreadable(prim, error, self._report, "left out with all below it")
+                    continue
+                if below is None:
+                    continue
+                if get_path(prim).pathElementCount > self._limits.depth:
+                    raise LimitError(f"{get_path(prim)}: prims nested more than {self._limits.depth} deep")
+                children, passed_on, matrix = below
+                pending.append((iter(children), passed_on, matrix, has_unusual_children(prim)))
+                break
+            else:
+                pending.pop()
         self._nesting -= 1
         return builder
 
     def _visit(
         self, prim: Usd.Prim, above: Context, place: np.ndarray, may_be_unusual: bool, builder: GroupBuilder
-    ) -> tuple[Context, np.ndarray, Sequence[Usd.Prim]] | None:
+    ) -> tuple[Sequence[Usd.Prim], Context, np.ndarray] | None:
         """Add what a prim draws to the group.
 
         Args:
@@ -158,7 +159,7 @@ class StageWalk:
             builder: The group.
 
         Returns:
-            What its children have from it, group from prim, and the children that are visited; None: none are.
+            The children that are visited, what they have from it, and group from prim; None: there are none.
         """
         if may_be_unusual and not is_loaded(prim):
             self._report.warn(UNLOADED, get_path(prim), "its payload is not loaded: left out with all below it")
@@ -203,11 +204,11 @@ class StageWalk:
         children = here.children(prim)
         passed_on = here
         if traits.hands_down:
-            has_heirs = is_an_instance or traits.type.name == "PointInstancer" or bool(children)
+            has_heirs = is_an_instance or traits.is_instancer or bool(children)
             passed_on = hand_down(prim, here, traits.authored, has_heirs, self._time, self._report)
             if has_heirs and "primvars:normals" in traits.authored.names:
                 report_inherited_normals(prim, self._report)
-        if traits.type.name == "PointInstancer":
+        if traits.is_instancer:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
                 self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
@@ -220,7 +221,7 @@ class StageWalk:
         if is_an_instance:
             self._prototypes.add_native_instance(prim, passed_on, matrix, builder, self._walk_group)
             return None
-        return passed_on, matrix, children
+        return (children, passed_on, matrix) if children else None
 
     def _is_hidden(self, prim: Usd.Prim, traits: Traits, above: Context, builder: GroupBuilder) -> bool:
         """Return whether a prim says that it is not seen, with all below it; its cameras are added all the same."""
