@@ -153,72 +153,127 @@ def _limit_of_sectors(
     spoke = points[topology.corners[following]]  # the end of the edge that opens each corner
     last = points[topology.corners[topology.preceding[around.corners]]]  # of the one that closes it
     across = np.zeros_like(spoke) if is_loop else points[topology.corners[topology.following[following]]]
-    faces = around.faces.astype(float)
-    n = faces[sector]
+    is_first = place == 0
+    is_last = place == around.faces[sector] - 1
+    vertex = points[around.vertex]
+    begin, end, second = np.zeros_like(vertex), np.zeros_like(vertex), np.zeros_like(vertex)
+    begin[sector[is_first]] = spoke[is_first]
+    end[sector[is_last]] = last[is_last]
+    second[sector[is_first]] = last[is_first]
 
-    # Rings.
-    angle = 2 * np.pi / n
-    phase = angle * place
+    smooth = _cross(*_ring_tangents(around, spoke, across, is_loop))
+    crease = _cross(begin - end, _inward_tangents(around, spoke, across, vertex, begin + end, is_loop))
+    corner = _cross(begin - vertex, second - vertex)
+    kind = _vertex_kinds(topology, around)[around.vertex]
+    normals = _unit(np.select([around.is_closed[:, None], (kind == _CREASE)[:, None]], [smooth, crease], corner))
+
+    _move_smooth(points, around, np.flatnonzero(around.is_closed & (kind == _SMOOTH)), spoke, across, moved, is_loop)
+    _move_darts(
+        points, around, np.flatnonzero(around.is_closed & (kind == _DART)), spoke, across, moved, normals, is_loop
+    )
+    creases = np.flatnonzero(~around.is_closed & (kind == _CREASE))
+    at = around.vertex[creases]
+    moved[at] = (begin[creases] + 4 * points[at] + end[creases]) / 6
+    return normals
+
+
+def _ring_tangents(
+    around: Sectors, spoke: np.ndarray, across: np.ndarray, is_loop: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return two tangents of each sector as if it were a ring without creases, shape [s, 3] each: its first waves.
+
+    Args:
+        around: The sectors.
+        spoke: End of the edge that opens each corner, shape [c, 3].
+        across: The corner across its face, shape [c, 3].
+        is_loop: Whether the scheme is Loop's.
+    """
+    angle = 2 * np.pi / around.faces.astype(float)[around.sector]
+    phase = angle * around.place
     if is_loop:
         edge_weight, face_weight = 1.0, 0.0
     else:
         cosine = np.cos(angle)
         edge_weight = 1 + cosine + np.cos(angle / 2) * np.sqrt(2 * (9 + cosine))
         face_weight = 1.0
-    ring = []
-    for wave in (np.cos, np.sin):
-        spokes = (edge_weight * wave(phase))[:, None] * spoke
-        diagonals = (face_weight * (wave(phase) + wave(phase + angle)))[:, None] * across
-        ring.append(sum_rows(sector, spokes + diagonals, len(faces)))
 
-    # Between creases.
-    is_first = place == 0
-    is_last = place == faces[sector] - 1
-    vertex = points[around.vertex]
-    begin, end = np.zeros_like(vertex), np.zeros_like(vertex)
-    begin[sector[is_first]] = spoke[is_first]
-    end[sector[is_last]] = last[is_last]
-    second = np.zeros_like(vertex)
-    second[sector[is_first]] = last[is_first]
-    theta = np.pi / n
-    inner = np.where(is_first, 0.0, np.sin(theta * place))[:, None] * spoke
-    slices = (np.sin(theta * place) + np.sin(theta * (place + 1)))[:, None] * across
-    t = (np.pi / faces)[:, None]
+    def wave(function: np.ufunc) -> np.ndarray:
+        spokes = (edge_weight * function(phase))[:, None] * spoke
+        diagonals = (face_weight * (function(phase) + function(phase + angle)))[:, None] * across
+        return sum_rows(around.sector, spokes + diagonals, len(around.faces))
+
+    return wave(np.cos), wave(np.sin)
+
+
+def _inward_tangents(
+    around: Sectors, spoke: np.ndarray, across: np.ndarray, vertex: np.ndarray, ends: np.ndarray, is_loop: bool
+) -> np.ndarray:
+    """Return the tangent of each sector that leads away from the creases about it, shape [s, 3].
+
+    Args:
+        around: The sectors.
+        spoke: End of the edge that opens each corner, shape [c, 3].
+        across: The corner across its face, shape [c, 3].
+        vertex: Of each sector, shape [s, 3].
+        ends: Sum of the far ends of its two creases, shape [s, 3].
+        is_loop: Whether the scheme is Loop's.
+    """
+    sector, place = around.sector, around.place
+    faces = around.faces.astype(float)
+    theta = np.pi / faces[sector]
+    inner = np.where(place == 0, 0.0, np.sin(theta * place))[:, None] * spoke
     interior = sum_rows(sector, inner, len(faces))
+    t = (np.pi / faces)[:, None]
     if is_loop:
         # The left eigenvector of the subdivision matrix whose part for inner spokes is sin(i t).
         shrink = 0.375 + 0.25 * np.cos(t)
         outer = np.sin(t) * (0.75 - shrink) - 0.375 / np.tan(t / 2)
         outer /= 1 - 8 * (0.5 - shrink) * (0.75 - shrink)
-        inward = interior + outer * (begin + end) - (np.sin(t) + 8 * outer * (0.5 - shrink)) * vertex
+        inward = interior + outer * ends - (np.sin(t) + 8 * outer * (0.5 - shrink)) * vertex
     else:
+        slices = (np.sin(theta * place) + np.sin(theta * (place + 1)))[:, None] * across
         r = np.divide(np.cos(t) + 1, np.sin(t), out=np.zeros_like(t), where=faces[:, None] > 1)
         inward = 4 * interior + sum_rows(sector, slices, len(faces))
-        inward += r * (4 * (np.cos(t) - 1) * vertex - (1 + 2 * np.cos(t)) * (begin + end))
-    inward = np.where((faces == 1)[:, None], begin + end - 2 * vertex, inward)
+        inward += r * (4 * (np.cos(t) - 1) * vertex - (1 + 2 * np.cos(t)) * ends)
+    return np.where((faces == 1)[:, None], ends - 2 * vertex, inward)
 
-    kind = _vertex_kinds(topology, around)
-    sector_kind = kind[around.vertex]
-    crease = _cross(begin - end, inward)
-    corner_normal = _cross(begin - vertex, second - vertex)
-    smooth = _cross(ring[0], ring[1])
-    normals = np.select(
-        [(around.is_closed)[:, None], (sector_kind == _CREASE)[:, None]], [smooth, crease], corner_normal
-    )
-    normals = _unit(normals)
 
-    rings = np.flatnonzero(around.is_closed & (sector_kind == _SMOOTH))
-    spokes = sum_rows(sector, spoke, len(faces))[rings]
-    k = faces[rings][:, None]
+def _move_smooth(
+    points: np.ndarray,
+    around: Sectors,
+    rings: np.ndarray,
+    spoke: np.ndarray,
+    across: np.ndarray,
+    moved: np.ndarray,
+    is_loop: bool,
+) -> None:
+    """Write the limits of vertices without creases to ``moved``, shape [n, 3]; ``rings``, shape [r]: their sectors."""
+    spokes = sum_rows(around.sector, spoke, len(around.faces))[rings]
+    k = around.faces.astype(float)[rings][:, None]
     at = around.vertex[rings]
     if is_loop:
         share = 1 / (k + 3 / (8 * loop_beta(k)))
         moved[at] = (1 - k * share) * points[at] + share * spokes
     else:
-        diagonals = sum_rows(sector, across, len(faces))[rings]
+        diagonals = sum_rows(around.sector, across, len(around.faces))[rings]
         moved[at] = (k * k * points[at] + 4 * spokes + diagonals) / (k * (k + 5))
-    darts = np.flatnonzero(around.is_closed & (sector_kind == _DART))
-    by_sector = np.lexsort((place, sector)) if len(darts) else sector
+
+
+def _move_darts(
+    points: np.ndarray,
+    around: Sectors,
+    darts: np.ndarray,
+    spoke: np.ndarray,
+    across: np.ndarray,
+    moved: np.ndarray,
+    normals: np.ndarray,
+    is_loop: bool,
+) -> None:
+    """Write the limits of vertices at which one crease ends to ``moved``, and to ``normals`` those of their sectors.
+
+    ``darts``, shape [d], are these sectors, and their rows of ``normals``, shape [s, 3], tell the sides.
+    """
+    by_sector = np.lexsort((around.place, around.sector)) if len(darts) else around.sector
     ends = np.cumsum(around.faces)
     for ring_sector in darts:
         inside = by_sector[ends[ring_sector] - around.faces[ring_sector] : ends[ring_sector]]
@@ -230,10 +285,6 @@ def _limit_of_sectors(
         normal *= np.sign(normal @ normals[ring_sector]) or 1.0
         length = np.linalg.norm(normal)
         normals[ring_sector] = normal / length if length > 0 else normals[ring_sector]
-    creases = np.flatnonzero(~around.is_closed & (sector_kind == _CREASE))
-    at = around.vertex[creases]
-    moved[at] = (begin[creases] + 4 * points[at] + end[creases]) / 6
-    return normals
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
