@@ -767,6 +767,24 @@ def test_constant_normals_above_a_mesh_are_told_where_they_would_be_inherited() 
     )
 
 
+def test_constant_widths_above_points_are_told_where_they_would_be_inherited() -> None:
+    balls = "point3f[] points = [(0, 0, 0)]\n"
+    scene = load(
+        f"""
+        def Xform "up" {{
+            float[] primvars:widths = [2] (interpolation = "constant")
+            def Points "bare" {{ {balls} }}
+            def Points "own" {{ {balls}
+                float[] widths = [3]
+            }}
+            def Mesh "mesh" {{ {TRIANGLE} }}
+        }}
+        """
+    )
+    told = [(record.prim, record.message) for record in scene.diagnostics if record.code == "W119"]
+    assert told == [("/up", "its constant primvars:widths do not count for /up/bare, which would inherit them")]
+
+
 def test_variant_selections_that_select_nothing_are_noted() -> None:
     sets = 'prepend variantSets = "shape"'
     variants = 'variantSet "shape" = {\n"one" {\ndef Cube "c" {\n}\n}\n"two" {\n}\n}'

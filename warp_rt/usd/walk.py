@@ -29,7 +29,7 @@ from warp_rt.usd.context import (
 )
 from warp_rt.usd.draw_modes import DRAWN_HOW, StandInReader, card_visibility, draw_mode, is_replaced
 from warp_rt.usd.gprims import GprimReader
-from warp_rt.usd.inherited_normals import report_inherited_normals
+from warp_rt.usd.not_inherited import report_not_inherited
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
@@ -54,6 +54,7 @@ ASKED_FOR_SELECTIONS = 10_000  # prims; of more, asking each takes two hundredth
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _SKINNED = (*geometry.TYPES, *implicit.TYPES)
+_NOT_INHERITED = frozenset(("primvars:normals", "primvars:widths"))
 _IDENTITY = np.eye(4)
 
 
@@ -206,8 +207,8 @@ class StageWalk:
         if traits.hands_down:
             has_heirs = is_an_instance or traits.is_instancer or bool(children)
             passed_on = hand_down(prim, here, traits.authored, has_heirs, self._time, self._report)
-            if has_heirs and "primvars:normals" in traits.authored.names:
-                report_inherited_normals(prim, self._report)
+            if has_heirs and not _NOT_INHERITED.isdisjoint(traits.authored.names):
+                report_not_inherited(prim, self._report)
         if traits.is_instancer:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
                 self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
