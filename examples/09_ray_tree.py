@@ -10,6 +10,7 @@ from collections import Counter
 from pathlib import Path
 
 import warp_rt
+from warp_rt.scene import Camera, look_at
 
 STAGE = Path(__file__).parent.parent / "scenes" / "mirror_teapot.usda"
 parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -32,4 +33,9 @@ total = sum(sum(node.contribution) for node in tree)
 print(f"All {len(tree)} nodes sum to {total:.6f}, the pixel's channels to {sum(tree.value):.6f}")
 
 tree.save_usd(folder / "ray_tree.usda")  # the scene with the rays in it, as curves
-warp_rt.render(folder / "ray_tree.usda", width=320, device="cpu").save(folder / "ray_tree.png")
+
+# From the side: seen from where the eye ray starts, the rays would hide what they meet.
+lens = [[340.0, 0.0, 320.0], [0.0, 340.0, 240.0], [0.0, 0.0, 1.0]]
+aside = Camera.from_intrinsics(lens, 640, 480, look_at(eye=(8, -7, 6.5), target=(1.5, 0.5, 1), up=(0, 0, 1)))
+picture = warp_rt.render(folder / "ray_tree.usda", camera=aside, width=640, height=480, spp=4, device="cpu")
+picture.save(folder / "ray_tree.png")

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from os import PathLike
@@ -22,13 +23,16 @@ from warp_rt.options import (
     check_purposes,
     refinement_level,
 )
-from warp_rt.scene import Scene
+from warp_rt.report import abridged, one_line
+from warp_rt.scene import Camera, Scene
 from warp_rt.scene.source import RefinableSource, SceneSource, StillScene
 
 if TYPE_CHECKING:
     from warp_rt.image.depth_series import DepthSeries
     from warp_rt.image.image import Image
     from warp_rt.tree.ray_tree import RayTree
+
+_logger = logging.getLogger("warp_rt")
 
 
 def open_scene(
@@ -115,6 +119,9 @@ def load_scene(
 ) -> Scene:
     """Return the scene that a USD stage, or a file in Haines' Neutral File Format, holds at one time.
 
+    What its pictures will not show as the stage says it is in ``Scene.diagnostics``, and goes to the log ``warp_rt``:
+    warnings as such, notes as information.
+
     Args:
         path_or_stage: As for :func:`open_scene`; so too the arguments that are not here.
         time: Time code; None: the stage's start time code, as usdrecord does.
@@ -136,13 +143,13 @@ def load_scene(
         render_pass=render_pass,
         draw_modes=draw_modes,
     )
-    return source.scene(time)
+    return _told(source.scene(time))
 
 
 def render(
     scene: str | PathLike[str] | Scene | Any,
     *,
-    camera: str | None = None,
+    camera: str | Camera | None = None,
     time: float | None = None,
     complexity: str = COMPLEXITIES[0],
     device: str = "auto",
@@ -152,9 +159,11 @@ def render(
 ) -> Image:
     """Return the picture of a stage, blurred by what moves while the camera's shutter is open if ``spp`` is above 1.
 
+    What it does not show as the stage says it is in ``image.film.diagnostics``, and is logged as by :func:`load_scene`.
+
     Args:
         scene: A USD file, an open ``Usd.Stage``, or a :class:`Scene`, which is a single moment: nothing blurs.
-        camera: Path or name of the camera.
+        camera: Path or name of the camera, or a camera of one's own.
         time: Time code; None: the stage's start.
         complexity: Of subdivision surfaces, see :func:`open_scene`.
         device: ``auto``, ``cpu`` or ``cuda:N``.
@@ -173,7 +182,7 @@ def render(
     if isinstance(scene, Scene):
         return Image(Renderer(scene, chosen, device=device).render(camera=camera), exposure=exposure, tonemap=tonemap)
     source = _open(scene, complexity, chosen, camera)
-    frame = source.scene(time)
+    frame = _told(source.scene(time))
     film, _ = render_frame(
         Renderer(frame, chosen, device=device),
         lambda moment: (source.scene(moment, base_time=frame.time), camera),
@@ -186,7 +195,7 @@ def render_series(
     scene: str | PathLike[str] | Scene | Any,
     depths: Iterable[int] = range(1, DEFAULT_DEPTH + 1),
     *,
-    camera: str | None = None,
+    camera: str | Camera | None = None,
     time: float | None = None,
     device: str = "auto",
     exposure: float = 0.0,
@@ -200,7 +209,7 @@ def render_series(
     Args:
         scene: As for :func:`render`; so too the arguments that are not here.
         depths: Growing, from 1 on.
-        camera: Path or name of the camera.
+        camera: Path or name of the camera, or a camera of one's own.
         time: Time code; None: the stage's start.
         device: ``auto``, ``cpu`` or ``cuda:N``.
         exposure: Stops by which the pictures are brightened where they are saved or shown.
@@ -229,7 +238,7 @@ def trace_tree(
     y: int,
     *,
     sample: int | None = None,
-    camera: str | None = None,
+    camera: str | Camera | None = None,
     time: float | None = None,
     complexity: str = COMPLEXITIES[0],
     device: str = "auto",
@@ -244,7 +253,7 @@ def trace_tree(
         x: Column of the pixel, 0 on the left; with ``crop``, of what it leaves.
         y: Row; 0 at the top.
         sample: Which of the pixel's ``spp`` samples; None: all, one tree each.
-        camera: Path or name of the camera.
+        camera: Path or name of the camera, or a camera of one's own.
         time: Time code; None: the stage's start.
         complexity: Of subdivision surfaces, see :func:`open_scene`.
         device: ``auto``, ``cpu`` or ``cuda:N``.
@@ -264,19 +273,29 @@ def trace_tree(
     chosen = _options(options)
     samples = None if sample is None else (sample,)
     check_request((x, y), samples, chosen)
-    loaded = scene if isinstance(scene, Scene) else _open(scene, complexity, chosen, camera).scene(time)
+    loaded = scene if isinstance(scene, Scene) else _told(_open(scene, complexity, chosen, camera).scene(time))
     check_pixel_of(loaded, (x, y), chosen, camera)
     tree = Renderer(loaded, chosen, device=device).trace_tree(x, y, camera=camera, samples=samples)
     return replace(tree, exposure=exposure, tonemap=tonemap)
 
 
-def _open(scene: str | PathLike[str] | Any, complexity: str, options: RenderOptions, camera: str | None) -> SceneSource:
+def _open(
+    scene: str | PathLike[str] | Any, complexity: str, options: RenderOptions, camera: str | Camera | None
+) -> SceneSource:
     """Open a stage for pictures of one camera, which complexity ``auto`` refines surfaces for."""
     if complexity != ADAPTIVE:
         return open_scene(scene, complexity=complexity)
     from warp_rt.rendering.adaptive import AdaptiveSource
 
     return AdaptiveSource(open_scene(scene), options, lambda seen: (seen, camera))
+
+
+def _told(scene: Scene) -> Scene:
+    """Log what pictures of a scene will not show as the stage says it, and return the scene."""
+    for record, more in abridged(scene.diagnostics):
+        text = f"{record.code}: and {more} more of this kind (Scene.diagnostics names them all)" if more else record
+        _logger.log(logging.WARNING if record.is_warning else logging.INFO, one_line(text))
+    return scene
 
 
 def _options(given: dict[str, Any]) -> RenderOptions:

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 # Code families. One code is one rule; docs/diagnostics.md lists them all.
@@ -47,6 +48,25 @@ class Report:
 
     def __len__(self) -> int:
         return len(self._records)
+
+
+GROUP_LIMIT = 20
+"""More diagnostics of one code than this are cut short where people read them."""
+_SHOWN_OF_GROUP = 3
+
+
+def abridged(records: Iterable[Diagnostic]) -> Iterator[tuple[Diagnostic, int]]:
+    """Yield the diagnostics that are worth a line, each with 0; after the first ones of a long group its next, with the
+    number of those that are left."""
+    records = tuple(records)
+    counts = Counter(record.code for record in records)
+    shown: Counter[str] = Counter()
+    for record in records:
+        shown[record.code] += 1
+        if counts[record.code] <= GROUP_LIMIT or shown[record.code] <= _SHOWN_OF_GROUP:
+            yield record, 0
+        elif shown[record.code] == _SHOWN_OF_GROUP + 1:
+            yield record, counts[record.code] - _SHOWN_OF_GROUP
 
 
 def one_line(message: object) -> str:

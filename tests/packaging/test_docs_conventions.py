@@ -141,3 +141,21 @@ def test_a_crop_has_the_pixels_of_the_whole(folder: Path, image: warp_rt.Image) 
     crop = warp_rt.render(folder / "stage.usda", width=4, height=4, crop=(1, 0, 3, 2), spp=2)
     whole = warp_rt.render(folder / "stage.usda", width=4, height=4, spp=2)
     np.testing.assert_array_equal(crop.linear, whole.linear[:2, 1:])
+
+
+def test_what_reads_an_exr_back_reads_what_was_rendered(
+    image: warp_rt.Image, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    image.save("layers.exr")
+    read: dict[str, np.ndarray] = {}
+    exec(re.search(r"```python\n(import numpy.*?)```", TEXT, re.DOTALL)[1], read)
+    for name, aov in [("color", "color"), ("depth", "depth"), ("ids", "primId")]:
+        np.testing.assert_array_equal(read[name], image[aov])
+
+
+def test_labels_are_those_of_the_sidecar(image: warp_rt.Image) -> None:
+    assert image.labels("primId") == [{"class": ("square",)}]
+    assert image.labels("instanceId") == []
+    with pytest.raises(errors.OptionError, match="aov: 'depth' is none of primId, instanceId"):
+        image.labels("depth")

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from warp_rt.cli.terminal import GROUP_LIMIT, Terminal, one_line, wants_color
+from warp_rt.cli.terminal import Terminal, one_line, wants_color
 from warp_rt.errors import OutputError
-from warp_rt.report import Diagnostic
+from warp_rt.report import GROUP_LIMIT, Diagnostic
 
 
 def _many(code, count):

@@ -17,6 +17,12 @@ def test_scene():
     assert repr(dataclasses.replace(scene, source="a.usda")) == f"<warp_rt.Scene 'a.usda': {counts}>"
 
 
+def test_a_ball_is_no_mesh(tmp_path):
+    path = tmp_path / "ball.usda"
+    path.write_text('#usda 1.0\ndef Sphere "Ball" {}\n')
+    assert "meshes 0, triangles 0, shapes 1, instances 1," in repr(warp_rt.load_scene(path))
+
+
 def test_film():
     scene = warp_rt.Scene.from_arrays(POINTS, FACES)
     options = warp_rt.RenderOptions(width=40, height=30, aovs=("color", "depth"), depth=1)

@@ -11,18 +11,13 @@ import logging
 import math
 import os
 import sys
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TextIO
 
 from warp_rt.errors import OutputError
-from warp_rt.report import Diagnostic, one_line
+from warp_rt.report import Diagnostic, abridged, one_line
 
 COLOR_CHOICES = ("auto", "always", "never")
-
-GROUP_LIMIT = 20
-"""More diagnostics of one code than this are cut short, unless everything is asked for."""
-_SHOWN_OF_GROUP = 3
 
 _PAGE = 120
 """Columns of results for people at most: longer lines are hard to read."""
@@ -64,18 +59,10 @@ class Terminal:
         """Tell what the picture does not show as the stage says it, one line each; long groups are cut short."""
         if self.verbosity < 0:
             return
-        records = tuple(records)
-        counts = Counter(record.code for record in records)
-        shown: Counter[str] = Counter()
-        for record in records:
-            shown[record.code] += 1
-            is_group = counts[record.code] > GROUP_LIMIT and self.verbosity == 0
+        for record, more in ((record, 0) for record in records) if self.verbosity > 0 else abridged(records):
             label = ("warning:", _YELLOW) if record.is_warning else ("note:", _CYAN)
-            if not is_group or shown[record.code] <= _SHOWN_OF_GROUP:
-                self._tell(*label, record)
-            elif shown[record.code] == _SHOWN_OF_GROUP + 1:
-                rest = counts[record.code] - _SHOWN_OF_GROUP
-                self._tell(*label, f"{record.code}: and {rest} more of this kind (-v names them all)")
+            text = f"{record.code}: and {more} more of this kind (-v names them all)" if more else record
+            self._tell(*label, text)
 
     def info(self, message: object) -> None:
         """Tell what was done."""

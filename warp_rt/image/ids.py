@@ -15,7 +15,7 @@ def encode_ids(tables: Mapping[str, Sequence[str]], labels: Mapping[str, Mapping
 
     ``{"none": -1, "primId": {"0": {"path": "/World/Pot", "labels": {"class": ["teapot"]}}}}``: all ids of the
     scene, also those that are not in the picture, so that the tables of several cameras agree. Labels are there
-    for prims that have any, of their own or from prims above, as UsdSemanticsLabelsQuery inherits them.
+    for prims that have any.
 
     Args:
         tables: By AOV (``primId``, ``instanceId``): the path of each id.
@@ -23,15 +23,27 @@ def encode_ids(tables: Mapping[str, Sequence[str]], labels: Mapping[str, Mapping
     """
     sidecar: dict[str, object] = {"none": NOTHING}
     for aov, paths in tables.items():
-        sidecar[aov] = {str(index): _entry(path, labels) for index, path in enumerate(paths)}
+        entries: dict[str, object] = {}
+        for index, path in enumerate(paths):
+            found = labels_of(path, labels)
+            entries[str(index)] = {"path": path, "labels": found} if found else {"path": path}
+        sidecar[aov] = entries
     return (json.dumps(sidecar, indent=1) + "\n").encode()
 
 
-def _entry(path: str, labels: Mapping[str, Mapping[str, tuple[str, ...]]]) -> dict[str, object]:
-    inherited: dict[str, list[str]] = {}
+def labels_of(path: str, labels: Mapping[str, Mapping[str, tuple[str, ...]]]) -> dict[str, tuple[str, ...]]:
+    """Return the semantic labels of a prim by taxonomy, its own and those of the prims above it.
+
+    Args:
+        path: Of the prim, or of an instance such as ``/Instancer[7]``.
+        labels: Those that prims have themselves: prim path to taxonomy to labels.
+
+    Reference: UsdSemanticsLabelsQuery, ComputeUniqueInheritedLabels.
+    """
+    inherited: dict[str, tuple[str, ...]] = {}
     ends = [*(index for index, letter in enumerate(path) if letter in "/["), len(path)] if labels else []
     for end in ends:
         for taxonomy, words in labels.get(path[:end], {}).items():
-            known = inherited.setdefault(taxonomy, [])
-            known.extend(word for word in words if word not in known)
-    return {"path": path, "labels": inherited} if inherited else {"path": path}
+            known = inherited.get(taxonomy, ())
+            inherited[taxonomy] = (*known, *(word for word in words if word not in known))
+    return inherited

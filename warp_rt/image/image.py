@@ -16,7 +16,7 @@ from warp_rt.errors import OptionError, OutputError
 from warp_rt.image.atomic import write_bytes
 from warp_rt.image.color import display, unpremultiply
 from warp_rt.image.exr import channels_of, default_layer, write_exr
-from warp_rt.image.ids import encode_ids
+from warp_rt.image.ids import encode_ids, labels_of
 from warp_rt.image.jpeg import MAX_SIDE, encode_jpeg
 from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, picture_of, planned_files
 from warp_rt.image.png import encode_png, opaque
@@ -116,6 +116,16 @@ class Image:
             return self.film.aovs[aov]
         except KeyError:
             raise OptionError(f"aov: {aov!r} was not rendered; there are {', '.join(self.film.aovs)}") from None
+
+    def labels(self, aov: str) -> list[dict[str, tuple[str, ...]]]:
+        """Return the semantic labels of each id of ``primId`` or ``instanceId``, its own and inherited, by taxonomy.
+
+        Raises:
+            OptionError: The AOV has no ids of prims.
+        """
+        if aov not in ID_TABLES:
+            raise OptionError(f"aov: {aov!r} is none of {', '.join(ID_TABLES)}")
+        return [labels_of(path, self.film.labels) for path in self._id_tables()[aov]]
 
     def to_srgb8(self) -> np.ndarray:
         """Return what a screen shows: straight alpha, uint8, shape [height, width, 4], row 0 on top."""
@@ -226,9 +236,11 @@ class Image:
             return encode_jpeg(picture, software=software(), metadata=facts)
         return encode_png(opaque(picture), software=software(), metadata=facts, is_srgb=True)
 
+    def _id_tables(self) -> dict[str, Sequence[str]]:
+        return {"primId": self.film.prims, "instanceId": self.film.instance_paths}
+
     def _encode_ids(self) -> bytes:
-        tables = {"primId": self.film.prims, "instanceId": self.film.instance_paths}
-        present = {aov: tables[aov] for aov in ID_TABLES if aov in self.film.aovs}
+        present = {aov: paths for aov, paths in self._id_tables().items() if aov in self.film.aovs}
         return encode_ids(present, self.film.labels)
 
     def _repr_png_(self) -> bytes:

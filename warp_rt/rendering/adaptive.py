@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from warp_rt.options import RenderOptions
-from warp_rt.rendering.film_camera import choose_camera, conform_window, frame_camera, image_size
+from warp_rt.rendering.film_camera import choose_camera, frame_camera, image_size, picture_window
 from warp_rt.scene import Camera, Mesh, Product, Scene, local_bounds
 from warp_rt.scene.source import RefinableSource
 
@@ -70,8 +70,7 @@ def refinement_levels(scene: Scene, camera: str | Camera | None, options: Render
     """
     eye = camera if isinstance(camera, Camera) else choose_camera(scene, camera) or frame_camera(scene, options)
     width, height = image_size(eye, options, scene.settings)
-    aspect = width * scene.settings.pixel_aspect_ratio / height
-    left, right, _, _ = conform_window(eye.window, aspect, scene.settings.aspect_policy)
+    left, right, _, _ = picture_window(eye, width, height, scene.settings)
     pixels = width / abs(right - left)
     position = eye.world_from_camera[:3, 3]
     nearest: dict[int, tuple[float, int]] = {}

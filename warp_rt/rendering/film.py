@@ -12,6 +12,8 @@ import numpy as np
 import warp as wp
 
 from warp_rt.kernels import ray_counts as elements
+from warp_rt.report import Diagnostic
+from warp_rt.scene import Camera
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,11 @@ class Film:
     pixel, width and height of the picture [pixel]. None: it is the picture."""
     pixel_aspect_ratio: float = 1.0
     """Width by height of a pixel as it is to be shown."""
+    camera: Camera | None = None
+    """What it was seen through, whose window is what the film shows: rendered with it, and the film's width and height,
+    the scene gives this film. ``camera.intrinsics(width, height)`` is its calibration matrix."""
+    diagnostics: tuple[Diagnostic, ...] = ()
+    """Everything that it does not show as the stage says it, and the defaults that stepped in."""
 
     @property
     def color(self) -> np.ndarray:

@@ -14,6 +14,7 @@ from warp_rt.errors import SceneError
 from warp_rt.kernels import frame_structs
 from warp_rt.near_matches import near_matches
 from warp_rt.options import DEFAULT_WIDTH, RenderOptions
+from warp_rt.rendering.film_buffers import Rectangle
 from warp_rt.rendering.framing import frame_scene
 from warp_rt.scene import Camera, Scene, Settings
 
@@ -102,6 +103,29 @@ def conform_window(
     return x - width / 2, x + width / 2, y - height / 2, y + height / 2
 
 
+def picture_window(camera: Camera, width: int, height: int, settings: Settings) -> tuple[float, float, float, float]:
+    """Return what a picture of ``width`` by ``height`` pixels shows of a camera's plane: left, right, bottom, top."""
+    if camera.is_conformed:
+        return camera.window
+    return conform_window(camera.window, width / height * settings.pixel_aspect_ratio, settings.aspect_policy)
+
+
+def camera_of_film(camera: Camera, size: tuple[int, int], area: Rectangle, settings: Settings) -> Camera:
+    """Return the camera whose whole window a film shows, which is all or a part of a picture.
+
+    Args:
+        camera: Of the picture.
+        size: Width and height of the picture [pixel].
+        area: The film's place in it: x, y, width, height [pixel].
+        settings: Aspect policy and pixel aspect ratio.
+    """
+    left, right, bottom, top = picture_window(camera, *size, settings)
+    across, down = (right - left) / size[0], (bottom - top) / size[1]
+    x, y, width, height = area
+    window = left + x * across, left + (x + width) * across, top + (y + height) * down, top + y * down
+    return dataclasses.replace(camera, window=window, is_conformed=True)
+
+
 def has_lens(camera: Camera, settings: Settings) -> bool:
     """Return whether a camera's pictures have depth of field."""
     return camera.lens_radius > 0 and camera.focus_distance > 0 and not settings.disables_depth_of_field
@@ -148,8 +172,7 @@ def share_of_picture(box: np.ndarray, camera: Camera, width: int, height: int, s
         height: Likewise.
         settings: Aspect policy and pixel aspect ratio.
     """
-    aspect = width / height * settings.pixel_aspect_ratio
-    left, right, bottom, top = conform_window(camera.window, aspect, settings.aspect_policy)
+    left, right, bottom, top = picture_window(camera, width, height, settings)
     (left, right), (bottom, top) = sorted((left, right)), sorted((bottom, top))
     area = (right - left) * (top - bottom)
     corners = np.array([[*(box[number >> axis & 1, axis] for axis in range(3)), 1.0] for number in range(8)])
@@ -187,7 +210,7 @@ def _shown_area(points: np.ndarray, inside: np.ndarray) -> float:
 
 def pixel_aspect_ratio(camera: Camera, width: int, height: int, settings: Settings) -> float:
     """Return width by height of a pixel as seen."""
-    if settings.aspect_policy != "adjustPixelAspectRatio":
+    if settings.aspect_policy != "adjustPixelAspectRatio" and not camera.is_conformed:
         return settings.pixel_aspect_ratio
     left, right, bottom, top = camera.window
     return (right - left) / (top - bottom) / (width / height)
@@ -206,8 +229,7 @@ def camera_data(
         origin: World point that device coordinates are relative to.
         device: Where its arrays lie.
     """
-    aspect = width / height * settings.pixel_aspect_ratio
-    left, right, bottom, top = conform_window(camera.window, aspect, settings.aspect_policy)
+    left, right, bottom, top = picture_window(camera, width, height, settings)
     matrix = camera.world_from_camera
     linear = matrix[:3, :3]
     corner = linear @ (left, top, -1.0 if camera.is_perspective else 0.0)

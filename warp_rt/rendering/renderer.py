@@ -22,7 +22,7 @@ from warp_rt.rendering.constant_inputs import with_constant_inputs
 from warp_rt.rendering.exposure import Exposure
 from warp_rt.rendering.film import Film, RayCounts
 from warp_rt.rendering.film_buffers import film_area, make_film_buffers
-from warp_rt.rendering.film_camera import image_size, pixel_aspect_ratio
+from warp_rt.rendering.film_camera import camera_of_film, image_size, pixel_aspect_ratio
 from warp_rt.rendering.film_launches import expose_film
 from warp_rt.rendering.frame import resolve_options
 from warp_rt.rendering.kernel_choice import choose_kernel
@@ -215,7 +215,9 @@ class Renderer:
         if self.scene.rendering_from_rec709 is not None:
             back = np.linalg.inv(self.scene.rendering_from_rec709)
             aovs["color"] = (aovs["color"] @ back.T).astype(np.float32)
-        developed = Film(
+        if film.options.crop is None:
+            self._note(emptiness_note(self.scene, film.camera, film.size, aovs["alpha"]))
+        return Film(
             width=width,
             height=height,
             aovs=aovs,
@@ -226,10 +228,9 @@ class Renderer:
             facts=self._facts(film.camera, film.options),
             data_window=(*film.buffers.area[:2], *film.size) if is_window else None,
             pixel_aspect_ratio=pixel_aspect_ratio(film.camera, *film.size, self.scene.settings),
+            camera=camera_of_film(film.camera, film.size, film.buffers.area, self.scene.settings),
+            diagnostics=tuple(dict.fromkeys((*self.scene.diagnostics, *self.diagnostics))),
         )
-        if film.options.crop is None:
-            self._note(emptiness_note(self.scene, film.camera, film.size, developed.alpha))
-        return developed
 
     def trace_tree(
         self, x: int, y: int, *, camera: str | Camera | None = None, samples: Sequence[int] | None = None

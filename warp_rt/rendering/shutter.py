@@ -19,6 +19,7 @@ from warp_rt.options import COSTS
 from warp_rt.rendering.film import Film
 from warp_rt.rendering.film_camera import choose_camera, shutter_of
 from warp_rt.rendering.renderer import Renderer
+from warp_rt.report import Diagnostic
 from warp_rt.scene import Camera, Scene
 
 View = tuple[Scene, "str | Camera | None"]
@@ -86,10 +87,11 @@ def render_moments(
         renderer.expose(at_frame, range(1), camera=camera)
         developed = renderer.develop(at_frame).aovs
         aovs = {aov: developed[aov] for aov in still}
-    latest = renderer
+    latest, told = renderer, list[Diagnostic]()
     for index, moment in enumerate(moments):
         moving.deadline.check()
         scene, seen_by = view(moment.time)
+        told += scene.diagnostics
         latest = Renderer(scene, renderer.options, device=renderer.device, previous=latest)
         latest.expose(moving, moment.samples, camera=seen_by)
         for stage, seconds in latest.seconds.items():
@@ -97,7 +99,7 @@ def render_moments(
         if progress is not None:
             progress((index + 1) / len(moments))
     film = renderer.develop(moving)
-    return replace(film, aovs={**film.aovs, **aovs})
+    return replace(film, aovs={**film.aovs, **aovs}, diagnostics=tuple(dict.fromkeys([*film.diagnostics, *told])))
 
 
 def render_frame(

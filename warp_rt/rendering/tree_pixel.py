@@ -12,7 +12,7 @@ from warp_rt.options import RenderOptions
 from warp_rt.rendering.film_buffers import film_area
 from warp_rt.rendering.film_camera import choose_camera, frame_camera, image_size
 from warp_rt.rendering.frame import resolve_options
-from warp_rt.scene import Scene
+from warp_rt.scene import Camera, Scene
 
 
 def check_request(pixel: tuple[int, int], samples: Sequence[int] | None, options: RenderOptions) -> None:
@@ -36,7 +36,7 @@ def check_request(pixel: tuple[int, int], samples: Sequence[int] | None, options
         check_pixel(pixel, *options.crop[2:])
 
 
-def check_pixel_of(scene: Scene, pixel: tuple[int, int], options: RenderOptions, camera: str | None) -> None:
+def check_pixel_of(scene: Scene, pixel: tuple[int, int], options: RenderOptions, camera: str | Camera | None) -> None:
     """Refuse a pixel that the picture of a scene has not.
 
     Args:
@@ -50,7 +50,8 @@ def check_pixel_of(scene: Scene, pixel: tuple[int, int], options: RenderOptions,
         SceneError: There is no such camera.
     """
     options = resolve_options(options, scene.settings)
-    seen_by = choose_camera(scene, camera) or frame_camera(scene, options)
+    chosen = camera if isinstance(camera, Camera) else choose_camera(scene, camera)
+    seen_by = chosen or frame_camera(scene, options)
     size = image_size(seen_by, options, scene.settings)
     check_pixel(pixel, *film_area(options.crop, scene.settings, *size)[2:])
 

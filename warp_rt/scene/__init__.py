@@ -9,7 +9,7 @@ linear Rec. 709. Lengths are scene units, angles radians.
 """
 
 from warp_rt.scene.bounds import local_bounds, local_boxes, point_bounds, primitive_count, shape_boxes
-from warp_rt.scene.cameras import Camera
+from warp_rt.scene.cameras import Camera, look_at
 from warp_rt.scene.geometry import SHAPE_POINTS, Instances, Mesh, Primvar, RayMask, ShapeKind, Shapes, is_closed
 from warp_rt.scene.lights import Dome, Light, LightKind, Profile, Shadow
 from warp_rt.scene.materials import (
@@ -57,6 +57,7 @@ __all__ = [
     "is_closed",
     "local_bounds",
     "local_boxes",
+    "look_at",
     "point_bounds",
     "primitive_count",
     "shape_boxes",

@@ -68,13 +68,14 @@ class Scene:
 
     def __repr__(self) -> str:
         counts = {
-            "meshes": len(self.meshes),
+            "meshes": sum(isinstance(mesh, Mesh) for mesh in self.meshes),
             "triangles": self.triangle_count,
             **({"shapes": self.shape_count} if self.shape_count else {}),
             "instances": len(self.instances),
             "materials": len(self.materials),
             "lights": len(self.lights) + len(self.domes),
             "cameras": len(self.cameras),
+            **({"warnings": warnings} if (warnings := sum(record.is_warning for record in self.diagnostics)) else {}),
         }
         source = f" {self.source!r}" if self.source else ""
         return f"<warp_rt.Scene{source}: {', '.join(f'{name} {count:,}' for name, count in counts.items())}>"
