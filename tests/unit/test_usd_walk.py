@@ -14,6 +14,7 @@ from warp_rt.errors import LimitError
 from warp_rt.image.ids import encode_ids
 from warp_rt.report import Report
 from warp_rt.scene import Scene
+from warp_rt.scene.placement import place_scene
 from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.materials import MaterialReader
@@ -188,6 +189,24 @@ def test_what_is_smaller_than_float32_has_room_for_is_left_out(size: float, scal
     )
     assert drawn(scene) == (set() if is_told else {"/m"})
     assert codes(scene).get("/m") == ("W105" if is_told else None)
+
+
+def test_a_mesh_too_large_to_be_placed_does_not_refuse_the_others() -> None:
+    scene = load(
+        f"""
+        def Xform "wide" (
+            kind = "component"
+            prepend apiSchemas = ["GeomModelAPI"]
+        ) {{
+            uniform token model:drawMode = "bounds"
+            float3[] extentsHint = [(-1e30, -1, -1), (1e30, 1, 1)]
+        }}
+        def Mesh "good" {{ {TRIANGLE} }}
+        """
+    )
+    assert codes(scene) == {"/wide": "W105"}
+    assert drawn(scene) == {"/good"}
+    assert place_scene(scene).mesh_origins.shape == (1, 3)
 
 
 def test_transforms_are_read_at_the_time_asked_for() -> None:

@@ -145,6 +145,8 @@ def load_stage(
         placed_lights = group.lights
         collections = None if pass_path is None else PassCollections(stage.GetPrimAtPath(pass_path), report)
         meshes = gprims.meshes
+        if len(instances) < len(group):  # a mesh too large to be placed is too large to be uploaded
+            meshes, instances = without_unused(meshes, instances)
         if collections is not None:
             meshes, instances = without_unused(meshes, collections.geometry(instances, linking))
             linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
