@@ -160,6 +160,8 @@ def test_subsets_of_tetrahedra_and_of_faces() -> None:
 def test_what_does_not_fit_is_told() -> None:
     assert codes(load("")) == ["N910"]
     assert codes(load(POINTS)) == ["N910"]
+    twice = load(POINTS + "\nint4[] tetVertexIndices = [(0, 1, 2, 3), (1, 0, 2, 3)]")
+    assert "TetMesh without a surface: no face is one tetrahedron's alone" in [d.message for d in twice.diagnostics]
     lost = load(POINTS + "\nint4[] tetVertexIndices = [(0, 1, 2, 3), (0, 2, 1, 9)]")
     assert codes(lost) == ["W102"]
     assert len(mesh_of(lost).triangles) == 4

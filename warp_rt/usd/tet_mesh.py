@@ -90,7 +90,8 @@ def read_tet_mesh(
     if not len(faces):
         faces = surface_faces(tets[is_tet])
     if not len(faces):
-        report.warn(EMPTY, path, "TetMesh without tetrahedra or surface faces")
+        why = "no face is one tetrahedron's alone" if is_tet.any() else "it has neither tetrahedra nor surface faces"
+        report.warn(EMPTY, path, f"TetMesh without a surface: {why}")
         return None
 
     face_tets = np.append(np.flatnonzero(is_tet), -1)[tets_of_faces(faces, tets[is_tet])]
