@@ -178,7 +178,11 @@ def _radii(
                 interpolation = "constant"  # a single width is all that many files have, whatever they call it
             widths = lay_out(values, None, interpolation, layout, str(prim.GetPath()), "widths", report)
     if widths is None:
-        report.warn(NO_WIDTHS, prim.GetPath(), f"no widths: {_DEFAULT_WIDTH:g} is taken")
+        report.warn(
+            NO_WIDTHS,
+            prim.GetPath(),
+            f"no widths: {_DEFAULT_WIDTH:g} scene unit thick; widths would be their diameters",
+        )
         return np.full(shape, _DEFAULT_WIDTH / 2)
     is_negative = widths.values[:, 0] < 0
     if is_negative.any():
