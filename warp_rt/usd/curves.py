@@ -181,7 +181,7 @@ def _radii(
         report.warn(
             NO_WIDTHS,
             prim.GetPath(),
-            f"no widths: {_DEFAULT_WIDTH:g} scene unit thick; widths would be their diameters",
+            f"no widths: {_DEFAULT_WIDTH:g} unit thick in their own space; widths would be their diameters",
         )
         return np.full(shape, _DEFAULT_WIDTH / 2)
     is_negative = widths.values[:, 0] < 0
