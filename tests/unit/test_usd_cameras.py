@@ -190,6 +190,7 @@ def test_a_scene_behind_the_camera_is_not_hidden_by_its_clipping():
     behind[2, 3] = -10
     report_hidden([_read("float2 clippingRange = (1, 100)", behind)[0]], BOX, report)
     report_hidden([_read("float2 clippingRange = (1, 2)", behind)[0]], np.full((2, 3), np.nan), report)
+    report_hidden([_read('token projection = "orthographic"', behind)[0]], BOX, report)
     assert not list(report)
 
 

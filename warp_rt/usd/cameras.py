@@ -89,7 +89,7 @@ def report_hidden(cameras: Sequence[Camera], bounds: np.ndarray, report: Report)
         depth = (corners[:, :3] - matrix[:3, 3]) @ forward
         near, far = camera.clipping_range
         in_camera = corners @ np.linalg.inv(matrix).T
-        is_ahead = depth.max() > 0 or not camera.is_perspective
+        is_ahead = depth.max() > 0 or (near < 0 and not camera.is_perspective)  # else it is not clipping that hides it
         if is_ahead and (depth.max() < near or depth.min() > far):
             reach = f"from {depth.min():g} to {depth.max():g} away"
             report.warn(HIDES_ALL, camera.path, f"clippingRange ({near:g}, {far:g}) hides the whole scene, {reach}")
