@@ -176,6 +176,20 @@ def test_standard_surface_is_told_as_a_preview_surface():
     assert _value(material, "opacity")[0] == 0.25
 
 
+@pytest.mark.parametrize("mode", [1, 2])
+def test_what_is_there_in_part_has_the_reflectance_that_it_asks_for(mode):
+    """Coverage bends no rays: an index of refraction of 1 is then all that ``specular`` 0 means."""
+    shader = f"""uniform token info:id = "ND_gltf_pbr_surfaceshader"
+        float inputs:specular = 0
+        float inputs:alpha = 0.25
+        int inputs:alpha_mode = {mode}"""
+    material, _, _ = _read(_material(shader))
+    assert _value(material, "ior")[0] == 1
+    glass = shader.replace("float inputs:alpha = 0.25", "float inputs:transmission = 1")
+    material, _, _ = _read(_material(glass))
+    assert material.inputs.get("ior", Input((1.5, 0, 0, 0))).value[0] == 1.5
+
+
 def test_weight_of_a_texture_goes_into_its_scale():
     shader = """uniform token info:id = "ND_standard_surface_surfaceshader"
         float inputs:base = 0.5

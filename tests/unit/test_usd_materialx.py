@@ -802,3 +802,15 @@ def test_what_would_be_lost_is_a_number(value):
     _, _, found = surface("ND_standard_surface_surfaceshader", value)
     assert [d.code for d in found] == ["W306", "W302"]
     assert "sheen" not in found[-1].message
+
+
+def test_beyond_an_image_of_the_address_mode_constant_lies_its_default(image):
+    """MaterialX 1.39, image: there the node gives the value of its input ``default``."""
+    nodes = picture(
+        image, "color3", "T", 'string inputs:uaddressmode = "constant"', "color3f inputs:default = (0.1, 0.2, 0.3)"
+    )
+    _, beyond, _, codes = read(nodes, name="T", spot=(4.0, 0.25))
+    np.testing.assert_allclose(beyond, (0.1, 0.2, 0.3), atol=1e-6)
+    _, within, _, _ = read(nodes, name="T")
+    np.testing.assert_allclose(within, RGB, atol=1e-6)
+    assert codes == []

@@ -57,8 +57,10 @@ def test_a_metal_and_a_dielectric_are_mixed_as_what_they_reflect():
     tint = (1 - m) + m * gold
     of_metal = ((n - 1) / (n + 1)) ** 2 * tint * (1 - m) + tint * m
     np.testing.assert_allclose(value(material, "specularColor"), 0.5 * of_metal + 0.5 * 0.04, rtol=1e-6)
-    expected = 0.5 * (1 - m) * gold + 0.5 * np.array((0, 0.1, 0.6))
-    np.testing.assert_allclose(value(material, "diffuseColor"), expected, rtol=1e-6)
+    # What is reflected diffusely, seen head on, is each one's diffuse colour times what its own lobe leaves.
+    diffuse, head_on = value(material, "diffuseColor"), value(material, "specularColor")
+    expected = 0.5 * (1 - m) * gold * (1 - of_metal) + 0.5 * np.array((0, 0.1, 0.6)) * (1 - 0.04)
+    np.testing.assert_allclose(diffuse * (1 - head_on), expected, rtol=1e-6)
     assert material.use_specular_workflow
     assert "metallic" not in material.inputs
 
@@ -123,3 +125,15 @@ def test_a_colour_made_a_surface_shines():
     np.testing.assert_allclose(value(material, "emissiveColor"), (0.1, 0.2, 0.3), rtol=1e-6)
     assert not value(material, "diffuseColor").any()
     assert [code for code, _ in told] == ["W302"]
+
+
+def test_a_matt_surface_is_not_dimmed_by_the_metal_that_it_is_mixed_with():
+    """Half of what each reflects from a white surrounding, seen head on, both as smooth as mirrors."""
+    smooth = "float inputs:roughness = 0"
+    metal = preview("A", "color3f inputs:diffuseColor = (1, 1, 1)", "float inputs:metallic = 1", smooth)
+    plastic = preview("B", "color3f inputs:diffuseColor = (0.3, 0.3, 0.3)", smooth)
+    material, _, _ = read_material(mixture("float inputs:mix = 0.5") + metal + plastic)
+    diffuse, head_on = value(material, "diffuseColor"), value(material, "specularColor")
+    np.testing.assert_allclose(head_on + (1 - head_on) * diffuse, 0.5 * 1 + 0.5 * (0.04 + 0.96 * 0.3), rtol=1e-6)
+    all_metal, _, _ = read_material(mixture("float inputs:mix = 1") + metal + plastic)
+    assert not value(all_metal, "diffuseColor").any()

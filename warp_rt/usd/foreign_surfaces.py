@@ -63,7 +63,9 @@ class ForeignReader:
             elif coverage is not None:
                 lost.append(surface.coverage)
         if surface.reflectance:
-            self._scale_reflectance(shader, surface.reflectance, inputs)
+            is_bent = mode == OpacityMode.TRANSPARENT and inputs.get("opacity", ONE).value != ONE.value
+            if not is_bent:
+                self._scale_reflectance(shader, surface.reflectance, inputs)
         if surface.normal and self._is_bent(shader, surface.normal):
             normal = self._inputs.signal(shader.GetInput(surface.normal), material, (1, 3, 4))
             if normal is not None:
@@ -106,10 +108,10 @@ class ForeignReader:
         return max(self._number(shader, "alpha_cutoff", 0.5), float(np.finfo(np.float32).tiny))
 
     def _scale_reflectance(self, shader: UsdShade.Shader, name: str, inputs: dict[str, Signal]) -> None:
-        """Scale the reflectance at normal incidence, ((1 - ior) / (1 + ior))^2, unless rays are bent by that ior."""
+        """Scale the reflectance at normal incidence, ((1 - ior) / (1 + ior))^2, of what bends no rays by that ior."""
         weight = self._number(shader, name, 1.0)
         ior = inputs.get("ior", _DEFAULT_IOR).value
-        if weight == 1.0 or weight < 0.0 or ior is None or inputs.get("opacity", ONE).value != ONE.value:
+        if weight == 1.0 or weight < 0.0 or ior is None:
             return
         r = min(math.sqrt(weight) * abs((1.0 - ior[0]) / (1.0 + ior[0])), 0.999)
         inputs["ior"] = Signal.constant(((1.0 + r) / (1.0 - r),))

@@ -95,6 +95,8 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
         except DoesNotFold:
             lost.append(name)
             inputs[name] = second
+    if foreground.use_specular_workflow:
+        _mix_what_lobes_leave(foreground, background, share, inputs)
     of_opacity = [one for one in (foreground, background) if one.get("opacity").value != (1.0,)] or [background]
     if len({(one.opacity_mode, one.opacity_threshold) for one in of_opacity}) > 1:
         lost.append("opacityMode and opacityThreshold")
@@ -108,6 +110,33 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
         ),
         list(dict.fromkeys(lost)),
     )
+
+
+def _mix_what_lobes_leave(
+    foreground: PreviewSignals, background: PreviewSignals, share: Signal, inputs: dict[str, Signal]
+) -> None:
+    """Have the diffuse layer of a mixture reflect what those of both surfaces do under their own lobes, seen head on.
+
+    The specification scales each by what its own lobe leaves: the mean of the colours alone would be dimmed by the
+    mean of both lobes, a plastic by the metal that it is mixed with.
+    """
+    first, second = foreground.get("specularColor"), background.get("specularColor")
+    if first.key == second.key:
+        return
+    white = Signal.constant((1.0, 1.0, 1.0))
+    left, right = add(white, first, -1.0), add(white, second, -1.0)
+    try:
+        under = blend(
+            multiply(background.get("diffuseColor"), right), multiply(foreground.get("diffuseColor"), left), share
+        )
+        inputs["diffuseColor"] = apply(_share_of, under, blend(right, left, share))
+    except DoesNotFold:
+        return  # the mean of the colours comes near
+
+
+def _share_of(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Return part / whole, from 0 to 1; 0 of nothing."""
+    return np.clip(np.divide(part, whole, out=np.zeros(np.shape(whole)), where=np.asarray(whole) > 1e-6), 0.0, 1.0)
 
 
 def _specular(surface: PreviewSignals, lost: list[str]) -> PreviewSignals:

@@ -14,6 +14,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.scene import Texture, Tiles, Wrap
+from warp_rt.scene.texture_values import decoded_texels
 from warp_rt.usd.color_spaces import color_space as find_color_space
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.image_files import NO_WRAPS
@@ -76,7 +77,7 @@ class TextureNodes:
             moved = tiling(shader, self._time, self._report) @ coordinates.transform
             coordinates = replace(coordinates, transform=moved)
         wraps = [self._token(shader, name, "periodic") for name in ("uaddressmode", "vaddressmode")]
-        return self._source(
+        source = self._source(
             shader,
             coordinates=coordinates,
             wraps=["periodic", "periodic"] if is_tiled else wraps,
@@ -85,6 +86,25 @@ class TextureNodes:
             fallback=self._vector4(shader, "default", (0.0, 0.0, 0.0, 1.0)),
             color_space="auto" if is_color else "raw",
         )
+        is_bordered = "constant" in wraps and not is_tiled
+        return self._with_border(source) if is_bordered else source
+
+    def _with_border(self, source: Source) -> Source:
+        """Return a texture whose default lies beyond its image, as MaterialX's address mode ``constant`` asks for.
+
+        What lies beyond an image is black: so the default is taken from its texels, and added to all.
+        """
+        texture = source.texture
+        if texture is None or texture.image < 0 or texture.tiles is not None or not any(texture.fallback[:3]):
+            return source
+        default = texture.fallback
+        pixels = self._images.images[texture.image].pixels
+        image = self._images.computed(
+            f"less {default} {texture.is_srgb}",
+            (texture.image,),
+            lambda: (decoded_texels(pixels, is_srgb=texture.is_srgb) - default, 0),
+        )
+        return _texture_source(replace(texture, image=image, is_srgb=False, bias=default))
 
     def part(self, shader: UsdShade.Shader, file: str, wraps: tuple[str, str], *, is_color: bool) -> Source:
         """Return one of the images that a node is made of, before its coordinates are moved.
