@@ -381,6 +381,15 @@ OUTLINE_EDGES_FINE = wp.constant(64)
 WIDE_EDGE = wp.constant(0.1)
 """Squared sine of half the angle that an edge covers up to which a series of four terms holds, within 1e-6."""
 
+DISK_CELLS = wp.constant(12)
+"""Cells of chords that a disk is cut into where its solid angle is sampled."""
+
+DISK_FAR = wp.constant(4.0)
+"""Distance of a disk, by the diagonal of its half axes, from which its area is sampled: its density hardly varies."""
+
+DISK_LOW = wp.constant(1.0e-3)
+"""Height of a point above a disk's plane, likewise, below which it is: a tangent loses its digits."""
+
 AIMED_LEAST = wp.constant(0.5)
 """Part of a mesh light's samples below which none are aimed where its cone and focus leave most of it."""
 

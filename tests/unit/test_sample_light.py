@@ -138,6 +138,14 @@ def test_samples_lie_on_the_light_and_are_met_again(name: str, place: tuple[floa
     np.testing.assert_allclose(distances[is_met, 1], distances[is_met, 0], rtol=2e-2)
 
 
+@pytest.mark.parametrize("place", [(0.38, -0.2, 0.04), (0.78, -0.2, -0.26), (0.676, -0.68, 0.268)])
+@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("disk")])
+def test_disks_are_sampled_by_their_solid_angle(name: str, place: tuple[float, float, float]) -> None:
+    """Near by, where by their area single samples of the solid angle would spread by up to several times itself."""
+    pdf = sample(CASES[name], place)[2][:, 0]
+    assert (1 / pdf).std() < 0.25 * (1 / pdf).mean()
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_densities_integrate_to_one(name: str) -> None:
     """Over the cap of directions that holds the light, near by."""
