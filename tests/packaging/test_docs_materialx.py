@@ -93,7 +93,7 @@ def test_lobes_are_those_that_are_named() -> None:
     assert named == set(LOBES)
 
 
-NOT_FOLDED = ("image", "gltf", "geom", "texcoord", "triplanarprojection", "any")
+NOT_FOLDED = ("image", "gltf", "geom", "texcoord", "transformmatrix", "triplanarprojection", "any")
 """How rows begin whose nodes are read beside those that ``fold`` knows."""
 
 
@@ -153,6 +153,8 @@ def _identifiers(name: str) -> list[str]:
         "convert": ["ND_convert_float_color3", "ND_convert_vector2_vector3"],
         **{"gltf_normalmap": ["ND_gltf_normalmap_vector3_1_0"], "gltf_image": ["ND_gltf_image_color3_color3_1_0"]},
         "gltf_colorimage": ["ND_gltf_colorimage"],
+        "determinant": ["ND_determinant_matrix33"],
+        "transformmatrix": ["ND_transformmatrix_vector3"],
     }
     kind = "color3" if name.endswith("_to_lin_rec709") else "float"
     by_type = {"color4": _OF_ALPHA, "vector2": _OF_COORDINATES, "vector3": _OF_VECTORS, "color3": _OF_COLORS}
@@ -172,6 +174,9 @@ _OF_COLORS = (
 def _codes(identifier: str) -> set[str]:
     """Return the codes of what is told of a material whose colour a node gives."""
     output = ("outx" if "vector" in identifier else "outr") if "separate" in identifier else "out"
+    given = "float2 inputs:in = (0.2, 0.4)" if "vector2" in identifier else "color3f inputs:in = (0.2, 0.4, 0.6)"
+    if "matrix33" in identifier:
+        given = "matrix3d inputs:in = ((2, 0, 0), (0, 1, 0), (0, 0, 1))"
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(
         f"""#usda 1.0
@@ -181,7 +186,7 @@ def _codes(identifier: str) -> set[str]:
                 uniform token info:id = "{identifier}"
                 string inputs:geomprop = "a"
                 string inputs:varname = "a"
-                {"float2 inputs:in = (0.2, 0.4)" if "vector2" in identifier else "color3f inputs:in = (0.2, 0.4, 0.6)"}
+                {given}
                 float3 inputs:in1 = (0.2, 0.4, 0.6)
                 float outputs:{output}
             }}

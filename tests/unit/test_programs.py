@@ -11,16 +11,19 @@ from functools import cache
 import numpy as np
 import pytest
 import warp as wp
+from pxr import Usd, UsdShade
 
 from warp_rt.kernels import constants, op_codes
 from warp_rt.kernels.program import eval_program
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import Surface
+from warp_rt.report import Report
 from warp_rt.scene import Input, Material, MaterialModel, Scene
 from warp_rt.scene.programs import MAX_REGISTERS, Op, Program, Step
 from warp_rt.upload.device_scene import upload_scene
 from warp_rt.usd.color_spaces import color_space
 from warp_rt.usd.decoding import linear
+from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.materialx_nodes import fold
 from warp_rt.usd.noise import cells, perlin, perlin_vector, worley_vector
 from warp_rt.usd.preview_signals import _reflectance
@@ -324,3 +327,114 @@ def test_a_colour_space_comes_after_all_else() -> None:
     values = run(compiled(POSITION).then(matrix))
     np.testing.assert_allclose(values[:, :3], PLACES @ matrix.T, rtol=1e-5, atol=1e-6)
     assert Program((Step(Op.POSITION),)).then(matrix).steps[-1].size == 3
+
+
+# --- matrices and normals, from stages
+
+
+UNLIT = """uniform token info:id = "ND_surface_unlit"
+color3f inputs:emission_color.connect = </M/N.outputs:out>"""
+STANDARD = """uniform token info:id = "ND_standard_surface_surfaceshader"
+float3 inputs:normal.connect = </M/N.outputs:out>"""
+
+
+def shaded(nodes: str, surface: str = UNLIT) -> tuple[Material, list[str]]:
+    """Return the material of a stage, and the codes of what was told."""
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f"""#usda 1.0
+        def Material "M" {{
+            token outputs:mtlx:surface.connect = </M/S.outputs:out>
+            def Shader "S" {{
+                {surface}
+                token outputs:out
+            }}
+            {nodes}
+        }}"""
+    )
+    report = Report()
+    reader = MaterialReader(stage, Usd.TimeCode.Default(), report)
+    row = reader._add(UsdShade.Material(stage.GetPrimAtPath("/M")))
+    return reader.materials[row], [d.code for d in report if d.code != "W302"]
+
+
+def node(name: str, identifier: str, *lines: str) -> str:
+    body = "\n".join((f'uniform token info:id = "{identifier}"', *lines, "float outputs:out"))
+    return f'def Shader "{name}" {{\n{body}\n}}\n'
+
+
+def on(name: str, source: str, kind: str = "float3") -> str:
+    return f"{kind} inputs:{name}.connect = </M/{source}.outputs:out>"
+
+
+def row(name: str, values: list[float]) -> str:
+    return f"float3 inputs:{name} = {tuple(values)}"
+
+
+P = node("P", "ND_position_vector3")
+ROWS = [[2.0, 0.0, 1.0], [0.5, 1.0, 0.0], [0.0, -1.0, 3.0]]
+MATRIX = np.array(ROWS)
+OF_ROWS = "ND_creatematrix_vector3_matrix33"
+MADE = node("A", OF_ROWS, *(row(f"in{k + 1}", ROWS[k]) for k in range(3)))
+OF_PLACE = node("A", OF_ROWS, on("in1", "P"), row("in2", ROWS[1]), row("in3", ROWS[2]))
+TRANSPOSED = node("B", "ND_transpose_matrix33", on("in", "A", "matrix3d"))
+INVERTED = node("B", "ND_invertmatrix_matrix33", on("in", "A", "matrix3d"))
+
+
+def with_place(p: np.ndarray) -> np.ndarray:
+    """Return the matrices whose first rows are places, shape [n, 3, 3]."""
+    return np.array([np.array([place, *MATRIX[1:]]) for place in p])
+
+
+@pytest.mark.parametrize(
+    ("nodes", "source", "expected"),
+    [
+        ("", "", lambda p: p @ MATRIX),
+        (MADE, "A", lambda p: p @ MATRIX),
+        (MADE + TRANSPOSED, "B", lambda p: p @ MATRIX.T),
+        (MADE + INVERTED, "B", lambda p: p @ np.linalg.inv(MATRIX)),
+        (OF_PLACE, "A", lambda p: np.einsum("ni,nij->nj", p, with_place(p))),
+        (OF_PLACE + INVERTED, "B", lambda p: np.einsum("ni,nij->nj", p, np.linalg.inv(with_place(p)))),
+    ],
+)
+def test_vectors_by_matrices(nodes: str, source: str, expected: Callable[[np.ndarray], np.ndarray]) -> None:
+    mat = on("mat", source, "matrix3d") if source else f"matrix3d inputs:mat = {tuple(map(tuple, ROWS))}"
+    material, codes = shaded(P + nodes + node("N", "ND_transformmatrix_vector3", on("in", "P"), mat))
+    assert codes == []
+    values = run(material.inputs["emissiveColor"].program)[:, :3]
+    np.testing.assert_allclose(values, expected(PLACES.astype(float)), rtol=2e-3, atol=1e-4)
+
+
+def test_points_by_matrices_of_four_rows_are_moved() -> None:
+    mat = "matrix4d inputs:mat = ((1, 0, 0, 0), (0, 2, 0, 0), (0, 0, 3, 0), (4, 5, 6, 1))"
+    material, codes = shaded(P + node("N", "ND_transformmatrix_vector3M4", on("in", "P"), mat))
+    assert codes == []
+    values = run(material.inputs["emissiveColor"].program)[:, :3]
+    np.testing.assert_allclose(values, PLACES * (1, 2, 3) + (4, 5, 6), atol=1e-5)
+
+
+def test_a_matrix_without_an_inverse_is_told() -> None:
+    flat = node("A", OF_ROWS, row("in1", [1.0, 0.0, 0.0]), row("in3", [1.0, 0.0, 0.0]))
+    result = node("N", "ND_transformmatrix_vector3", on("in", "P"), on("mat", "B", "matrix3d"))
+    assert shaded(P + flat + INVERTED + result)[1] == ["W303"]
+
+
+BUMPS = (
+    P
+    + node("W", "ND_normal_vector3", 'string inputs:space = "world"')
+    + node("Q", "ND_noise3d_vector3", on("position", "P"))
+)
+
+
+def test_a_normal_of_the_world_stays_in_it() -> None:
+    material, codes = shaded(BUMPS + node("N", "ND_add_vector3", on("in1", "W"), on("in2", "Q")), STANDARD)
+    assert (material.inputs["normal"].is_world_normal, codes) == (True, [])
+    values = run(material.inputs["normal"].program)[:, :3]
+    np.testing.assert_allclose(values, NORMAL + perlin_solid_vector(PLACES.astype(float)), atol=1e-4)
+
+
+def test_a_normal_map_of_the_place_stays_in_the_frame_of_the_surface() -> None:
+    material, codes = shaded(BUMPS + node("N", "ND_normalmap_float", on("in", "Q")), STANDARD)
+    assert (material.inputs["normal"].is_world_normal, codes) == (False, [])
+    values = run(material.inputs["normal"].program)[:, :3]
+    np.testing.assert_allclose(values, 2.0 * perlin_solid_vector(PLACES.astype(float)) - 1.0, atol=1e-4)

@@ -13,6 +13,7 @@ from warp_rt.report import Report
 from warp_rt.scene import MATERIAL_DEFAULTS, MaterialModel, OpacityMode
 from warp_rt.usd.attribute_values import numbers, shown
 from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Term
+from warp_rt.usd.normal_networks import is_of_world
 from warp_rt.usd.preview_signals import ONE, PreviewSignals
 from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_numbers
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
@@ -66,15 +67,19 @@ class ForeignReader:
             is_bent = mode == OpacityMode.TRANSPARENT and inputs.get("opacity", ONE).value != ONE.value
             if not is_bent:
                 self._scale_reflectance(shader, surface.reflectance, inputs)
+        has_world_normal = False
         if surface.normal and self._is_bent(shader, surface.normal):
             normal = self._inputs.signal(shader.GetInput(surface.normal), material, (1, 3, 4))
             if normal is not None:
                 inputs["normal"] = normal
+                has_world_normal = is_of_world(shader.GetInput(surface.normal), self._report)
                 paths["normal"] = shader.GetInput(surface.normal).GetAttr().GetPath()
         without = f", without {', '.join(lost)}" if lost else ""
         message = f"the surface {shader.GetShaderId()!r} is approximated by a UsdPreviewSurface{without}"
         self._report.warn(APPROXIMATED_SURFACE, shader.GetPath(), message)
-        return PreviewSignals(inputs, paths, opacity_mode=mode, opacity_threshold=threshold)
+        return PreviewSignals(
+            inputs, paths, opacity_mode=mode, opacity_threshold=threshold, has_world_normal=has_world_normal
+        )
 
     def _term(self, shader: UsdShade.Shader, term: Term, material: Usd.Prim) -> Signal | None:
         """Return an input of UsdPreviewSurface; None, told, where its factors vary by different coordinates."""

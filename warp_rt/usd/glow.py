@@ -32,6 +32,8 @@ class Glow:
     """float64, shape [n, 3], of no more than ``MOST_PARTS`` colours beside black."""
     is_mean: bool
     """Whether the geometry emits unevenly where these have one colour."""
+    is_computed: bool = False
+    """Whether a program computes part of it where rays hit, for which white stands here."""
 
     def parts(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return each colour but black, shape [3], and the rows that have it."""
@@ -61,6 +63,18 @@ def glow_of(
         images: Rows that ``Texture.image`` counts.
         areas: Of the triangles that stand for it, shape [n]: a mesh's own, or those about shapes.
     """
+    found = _glow(mesh, materials, constants, textures, images, areas)
+    return replace(found, is_computed=any(_is_computed(material) for material in materials))
+
+
+def _glow(
+    mesh: Mesh | Shapes,
+    materials: Sequence[Material],
+    constants: Mapping[str, np.ndarray],
+    textures: Sequence[Texture],
+    images: Sequence[Image],
+    areas: np.ndarray,
+) -> Glow:
     if isinstance(mesh, Shapes):
         color, is_mean = _mean_of_shapes(mesh, _emission(materials[0]), constants, textures, images)
         return Glow(np.tile(color, (len(areas), 1)), is_mean)
@@ -94,7 +108,15 @@ def glow_of(
 
 def _emission(material: Material) -> Input:
     found = material.inputs.get("emissiveColor")
-    return Input() if found is None or material.model != MaterialModel.PREVIEW else found
+    if found is None or material.model != MaterialModel.PREVIEW:
+        return Input()
+    return found if found.program is None else Input((1.0, 1.0, 1.0, 1.0))
+
+
+def _is_computed(material: Material) -> bool:
+    return material.model == MaterialModel.PREVIEW and any(
+        source.program is not None for name, source in material.inputs.items() if name == "emissiveColor"
+    )
 
 
 def _with_mean(colors: np.ndarray, areas: np.ndarray) -> np.ndarray:

@@ -157,7 +157,9 @@ def read_lights(
         meshes.show_as_light(source, light.radiance if light.glows else (0.0, 0.0, 0.0))
     if mode != _TINTS or not light.glows:
         return (light,)
-    if mesh.glow.is_mean:
+    if mesh.glow.is_computed:
+        report.warn(MEAN_GLOW, path, "its material's emission is computed where rays hit: it does not tint the light")
+    elif mesh.glow.is_mean:
         report.warn(MEAN_GLOW, path, "its material does not emit the same everywhere; the mean tints the light there")
     return [_tinted(light, mesh.triangles[rows], color) for color, rows in mesh.glow.parts()]
 

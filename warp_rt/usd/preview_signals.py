@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pxr import Sdf
@@ -33,6 +33,8 @@ class PreviewSignals:
     use_specular_workflow: bool = False
     opacity_mode: OpacityMode = OpacityMode.TRANSPARENT
     opacity_threshold: float = 0.0
+    has_world_normal: bool = False
+    """Whether the input ``normal`` is in the world's space."""
 
     def get(self, name: str) -> Signal:
         """Return an input, or its default."""
@@ -54,6 +56,8 @@ class PreviewSignals:
                 value = inputs.check_ior(port, value)
             elif name in _SHARES:
                 value = inputs.check_share(port, value)
+            elif name == "normal" and value is not None and self.has_world_normal:
+                value = replace(value, is_world_normal=True)
             if value is not None:
                 lowered[name] = value
         return Material(
@@ -90,6 +94,10 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
         if first.key == second.key:
             inputs[name] = first
             continue
+        if name == "normal" and foreground.has_world_normal != background.has_world_normal:
+            lost.append(name)
+            inputs[name] = second
+            continue
         try:
             inputs[name] = blend(second, first, share)
         except DoesNotFold:
@@ -107,6 +115,7 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
             use_specular_workflow=foreground.use_specular_workflow,
             opacity_mode=chosen.opacity_mode,
             opacity_threshold=chosen.opacity_threshold,
+            has_world_normal=background.has_world_normal,
         ),
         list(dict.fromkeys(lost)),
     )
@@ -164,6 +173,7 @@ def _specular(surface: PreviewSignals, lost: list[str]) -> PreviewSignals:
         use_specular_workflow=True,
         opacity_mode=surface.opacity_mode,
         opacity_threshold=surface.opacity_threshold,
+        has_world_normal=surface.has_world_normal,
     )
 
 

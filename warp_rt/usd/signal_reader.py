@@ -24,6 +24,7 @@ from warp_rt.usd.color_spaces import color_space, color_space_of
 from warp_rt.usd.decoding import linear
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.materialx_nodes import fold, is_known_node
+from warp_rt.usd.matrix_nodes import MATRIX_NODE, MatrixNodes
 from warp_rt.usd.node_inputs import NodeInputs
 from warp_rt.usd.projected_images import on_sky, projected
 from warp_rt.usd.shading_network import (
@@ -193,6 +194,13 @@ class SignalReader:
             return linear(given, space)
         if node.id in _PASSING_ON:
             return self._follow(shader.GetInput(_PASSING_ON[node.id]), material, (1, 2, 3, 4))
+
+        if MATRIX_NODE.fullmatch(node.id):
+
+            def read_of(holder: UsdShade.Shader, given: str) -> Signal | None:
+                return self._follow(holder.GetInput(given), material, (1, 2, 3, 4))
+
+            return MatrixNodes(read_of, self._time, self._report).compute(node)
 
         def read_input(given: str) -> Signal | None:
             found = self._follow(shader.GetInput(given), material, (1, 2, 3, 4))
