@@ -227,3 +227,32 @@ def test_a_bent_mirror_shows_nothing_from_beneath_itself(x: float) -> None:
         warp_rt.render(scene, camera=camera, width=3, height=3, device="cpu") for camera in ("/Above", "/Below")
     )
     assert (above.linear[1, 1, 0], below.linear[1, 1, 0]) == (0, 1)
+
+
+OF_THE_WORLD = """
+    float3 inputs:normal.connect = </M/N.outputs:out>
+}
+def Shader "W"
+{
+    uniform token info:id = "ND_normal_vector3"
+    string inputs:space = "world"
+    float3 outputs:out
+}
+def Shader "N"
+{
+    uniform token info:id = "ND_add_vector3"
+    float3 inputs:in1.connect = </M/W.outputs:out>
+    float3 inputs:in2 = (0.3, 0.2, 0)
+    float3 outputs:out
+"""
+
+
+@pytest.mark.parametrize(("camera", "side"), [("/Above", 1), ("/Below", -1)])
+@pytest.mark.parametrize("st", ["[(0,0), (1,0), (1,1), (0,1)]", "[(1,0), (1,1), (0,1), (0,0)]", ""])
+def test_a_normal_that_is_computed_in_the_world_knows_no_frame(camera: str, side: int, st: str) -> None:
+    """Of a turned square, whatever its texture coordinates; from behind, a bump is a dent."""
+    turned = 'float xformOp:rotateX = 20\nuniform token[] xformOpOrder = ["xformOp:rotateX"]'
+    opened = stage(OF_THE_WORLD, turned, st or "[(0,0), (0,0), (0,0), (0,0)]")
+    UsdShade.Shader(opened.GetPrimAtPath("/M/S")).CreateIdAttr("ND_standard_surface_surfaceshader")
+    expected = np.array((0.3, 0.2 - np.sin(np.radians(20)), np.cos(np.radians(20))))
+    np.testing.assert_allclose(normal(opened, camera), side * expected / np.linalg.norm(expected), atol=1e-5)
