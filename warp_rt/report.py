@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # Code families. One code is one rule; docs/diagnostics.md lists them all.
 #   W1xx geometry repaired or dropped     W2xx assets and textures     W3xx materials
@@ -57,8 +57,8 @@ _SHOWN_OF_GROUP = 3
 
 def abridged(records: Iterable[Diagnostic]) -> Iterator[tuple[Diagnostic, int]]:
     """Yield the diagnostics that are worth a line, each with 0; after the first ones of a long group its next, with the
-    number of those that are left."""
-    records = tuple(records)
+    number of those that are left. Notes that say the same of several prims are one, in the place of the first."""
+    records = tuple(_folded(tuple(records)))
     counts = Counter(record.code for record in records)
     shown: Counter[str] = Counter()
     for record in records:
@@ -67,6 +67,19 @@ def abridged(records: Iterable[Diagnostic]) -> Iterator[tuple[Diagnostic, int]]:
             yield record, 0
         elif shown[record.code] == _SHOWN_OF_GROUP + 1:
             yield record, counts[record.code] - _SHOWN_OF_GROUP
+
+
+def _folded(records: tuple[Diagnostic, ...]) -> Iterator[Diagnostic]:
+    alike = Counter((record.code, record.message) for record in records if not record.is_warning)
+    told = set()
+    for record in records:
+        words = (record.code, record.message)
+        if alike[words] > 1:
+            if words not in told:
+                told.add(words)
+                yield replace(record, message=f"{record.message} (and {alike[words] - 1} more of these words)")
+        else:
+            yield record
 
 
 def one_line(message: object) -> str:

@@ -37,6 +37,19 @@ def test_long_groups_are_cut_short_and_say_so(capsys):
     assert sum("W102" in line for line in lines) == GROUP_LIMIT
 
 
+def test_notes_of_the_same_words_are_one_line(capsys):
+    records = [*_many("N917", 3), Diagnostic("N917", "/World/A", "other words"), *_many("W101", 2)]
+    Terminal("warp-rt").diagnostics(records)
+    assert capsys.readouterr().err.splitlines() == [
+        "note: N917 /World/Mesh0: ignored (and 2 more of these words)",
+        "note: N917 /World/A: other words",
+        "warning: W101 /World/Mesh0: ignored",
+        "warning: W101 /World/Mesh1: ignored",
+    ]
+    Terminal("warp-rt", verbosity=1).diagnostics(records)
+    assert len(capsys.readouterr().err.splitlines()) == len(records)
+
+
 def test_verbose_names_them_all_and_quiet_none(capsys):
     Terminal("warp-rt", verbosity=1).diagnostics(_many("W101", 100))
     assert len(capsys.readouterr().err.splitlines()) == 100

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from warp_rt.cli.clipping import clipping_note
 from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
 from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
@@ -20,7 +21,7 @@ from warp_rt.cli.stage_input import open_refined_stage, read_moment, read_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OptionError
-from warp_rt.image.outputs import check_writable, has_legend, planned_files
+from warp_rt.image.outputs import check_writable, format_of, has_legend, picture_of, planned_files
 from warp_rt.image.tone import check_display
 from warp_rt.options import RenderOptions
 from warp_rt.report import Diagnostic
@@ -162,6 +163,10 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
 
     write = time.perf_counter()
     image = Image(film, exposure=args.exposure, tonemap=args.tonemap)
+    if format_of(shot.output) != "exr" and picture_of(shot.output, shot.aovs) == "color":
+        clipped = clipping_note(image)
+        voice.diagnostics(clipped)
+        told.update(dict.fromkeys(clipped))
     outputs = image.save(shot.output, aovs=shot.aovs, layers=shot.product.variables if shot.product else ())
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
