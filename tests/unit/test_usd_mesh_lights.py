@@ -347,3 +347,18 @@ def test_points_shine_by_the_mean_over_their_area(primvar, radiance, codes):
     found, told = _parts(f"{points}\ncolor3f[] primvars:glow = {primvar}", kind="Points")
     assert found[0][0] == pytest.approx(radiance, rel=0.01)  # of triangles that stand out of the balls
     assert told == codes
+
+
+def test_emission_that_is_computed_where_rays_hit_tints_no_light():
+    """It has inputs:intensity alone, which is 2."""
+    placed = GLOWING.replace("Glow", "Placed").replace(" = (0.5, 2, 4)", ".connect = </Placed/p.outputs:out>")
+    node = """    def Shader "p"
+    {
+        uniform token info:id = "ND_position_vector3"
+        float3 outputs:out
+    }
+}
+"""
+    found, codes = _parts(FOUR, "Placed", more=placed.rstrip().removesuffix("}") + node)
+    assert [color for color, _ in found] == [pytest.approx((2, 2, 2))]
+    assert codes == ["N918"]
