@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warp_rt.cli.clipping import clipping_note
 from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
 from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
@@ -130,6 +129,7 @@ class _Run:
 
 def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) -> tuple[dict[str, Any], Renderer]:
     """Make one picture and return its JSON object and renderer, whose hierarchy the next frame may refit."""
+    from warp_rt.cli.clipping import clipping_note
     from warp_rt.image.image import Image
     from warp_rt.rendering.renderer import Renderer
     from warp_rt.rendering.shutter import render_frame
