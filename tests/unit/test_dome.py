@@ -47,6 +47,45 @@ def test_linear_environment_gives_two_thirds_pi(axis: int) -> None:
     np.testing.assert_allclose(got[..., 0], expected, atol=0.01)
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (2, 3), (8, 19), (100, 131)])
+def test_coarse_images_are_interpolated(shape: tuple[int, int]) -> None:
+    """As rays see them: beside the sum over directions that a cosine gives."""
+    height, width = shape
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = np.random.default_rng(3).uniform(0.1, 1, (height, width, 1))
+    u, v = (a.reshape(-1) for a in np.meshgrid((np.arange(400) + 0.5) / 400, (np.arange(400) + 0.5) / 400))
+    up, turn = np.sqrt(1 - u), 2 * np.pi * v
+    around = np.stack([np.sqrt(u) * np.cos(turn), np.sqrt(u) * np.sin(turn), up], axis=1)
+    got = irradiance_map(pixels, is_srgb=False, size=SIZE)
+    for place in ((32, 0), (7, 11), (20, 40)):
+        normal = normals()[place]
+        x = np.cross(normal, (0.6, 0.0, 0.8))
+        x /= np.linalg.norm(x)
+        direction = around @ np.stack([x, np.cross(normal, x), normal])
+        column = (0.5 - np.arctan2(direction[:, 0], direction[:, 2]) / (2 * np.pi)) * width - 0.5
+        row = (0.5 + np.arcsin(np.clip(direction[:, 1], -1, 1)) / np.pi) * height - 0.5
+        i, j = np.floor(row).astype(int), np.floor(column).astype(int)
+        low, high = (
+            (1 - column + j) * pixels[k, j % width, 0] + (column - j) * pixels[k, (j + 1) % width, 0]
+            for k in (np.clip(i, 0, height - 1), np.clip(i + 1, 0, height - 1))
+        )
+        expected = np.pi * ((1 - row + i) * low + (row - i) * high).mean()
+        np.testing.assert_allclose(got[place], expected, rtol=2e-3)
+
+
+@pytest.mark.parametrize("degrees", [20.0, 45.0, 61.0])
+def test_small_suns_are_where_they_are(degrees: float) -> None:
+    """A texel of 0.35 degrees that is as bright as the rest of the sky together many times over; E = L cos w."""
+    directions, pixels = environment(512, 1024)
+    pixels[..., :3] = 0.0
+    row = int((90 - degrees) / 180 * 512) + 256
+    pixels[row, 300, :3] = 1.0e6
+    edges = (np.array([row, row + 1]) / 512 - 0.5) * np.pi
+    solid_angle = 2 * np.pi / 1024 * (np.sin(edges[1]) - np.sin(edges[0]))
+    expected = 1.0e6 * directions[row, 300, 1] * solid_angle
+    np.testing.assert_allclose(irradiance_map(pixels, is_srgb=False, size=SIZE)[-1], expected, rtol=1e-4)
+
+
 def test_srgb_bytes_are_decoded() -> None:
     pixels = np.full((8, 16, 4), 128, np.uint8)
     expected = np.pi * ((128 / 255 + 0.055) / 1.055) ** 2.4

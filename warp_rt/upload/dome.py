@@ -14,23 +14,73 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear Rec. 709 (ITU-R BT.
 def irradiance_map(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) -> np.ndarray:
     """Return the irradiance of surfaces of every orientation in a latitude-longitude environment.
 
+    The environment is summed up in cells half as wide as those of the result. A cell that is above a surface's horizon
+    counts exactly, wherever in it the light comes from: what it adds is the product of the normal and the cell's vector
+    irradiance, the integral of radiance times direction.
+
     Args:
         pixels: uint8 or float32, shape [height, width, 4], row 0 at local -Y.
         is_srgb: Whether the texels are sRGB encoded.
-        size: Rows and columns of the result; the environment is averaged to cells half as wide before it is summed.
+        size: Rows and columns of the result.
 
     Returns:
         float64, shape [rows, columns, 3]: the sum over directions of radiance, cosine and solid angle for the normals
         in the middle of each column of longitudes; row 0 is those of local -Y, the last one those of +Y.
     """
     rows, columns = size
-    radiance, weight = _shrink(_linear(pixels, is_srgb), 2 * (rows - 1), 2 * columns)
-    from_directions = _directions(_middles(radiance.shape[0]), radiance.shape[1]).reshape(-1, 3)
+    fluxes, even = _vector_irradiance(pixels, is_srgb, 2 * (rows - 1), 2 * columns)
     normals = _directions(np.linspace(-0.5, 0.5, rows) * np.pi, columns).reshape(-1, 3)
-    cosine = np.maximum(normals @ from_directions.T, 0.0) * weight.reshape(-1)
-    # Each normal's discrete cosine sum is brought to its exact value pi: a constant environment stays exact.
-    cosine *= np.pi / cosine.sum(axis=1, keepdims=True)
-    return (cosine @ radiance.reshape(-1, 3)).reshape(rows, columns, 3)
+    facing = normals @ even
+    is_above = facing > 0.0
+    total = np.stack([np.where(is_above, normals @ fluxes[:, :, k], 0.0).sum(axis=1) for k in range(3)], axis=1)
+    # Of cells that the horizon cuts through all or nothing counts; an even environment stays exact.
+    total *= np.pi / facing.sum(axis=1, where=is_above, keepdims=True)
+    return total.reshape(rows, columns, 3)
+
+
+def _vector_irradiance(pixels: np.ndarray, is_srgb: bool, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the integrals of radiance times direction over the cells of a latitude-longitude environment.
+
+    Args:
+        pixels: As for :func:`irradiance_map`.
+        is_srgb: Likewise.
+        rows: Of cells.
+        columns: Likewise.
+
+    Returns:
+        Those of the environment, shape [3, cells, 3], the channel last, and of one of radiance 1, shape [3, cells].
+    """
+    if pixels.shape[0] < rows or pixels.shape[1] < columns:
+        pixels, is_srgb = _refined(_linear(pixels, is_srgb), rows, columns), False
+    height, width = pixels.shape[:2]
+    latitude = (np.arange(height + 1) / height - 0.5) * np.pi
+    longitude = (0.5 - np.arange(width + 1) / width) * 2 * np.pi
+    level = np.diff(latitude / 2 + np.sin(2 * latitude) / 4)
+    # Integrals of x, y and z over a texel, each of them a product of one over latitudes and one over longitudes.
+    of_rows = level, np.diff(np.sin(latitude) ** 2 / 2), level
+    of_columns = np.diff(np.cos(longitude)), np.full(width, 2 * np.pi / width), -np.diff(np.sin(longitude))
+    starts = np.arange(columns) * width // columns
+    fluxes, even = np.empty((3, rows, columns, 3)), np.empty((3, rows, columns))
+    for row, block in enumerate(np.array_split(np.arange(height), rows)):
+        color = _linear(pixels[block[0] : block[-1] + 1], is_srgb)
+        for axis, (of_row, of_column) in enumerate(zip(of_rows, of_columns, strict=True)):
+            of_texels = np.tensordot(of_row[block], color, axes=1) * of_column[:, None]
+            fluxes[axis, row] = np.add.reduceat(of_texels, starts, axis=0)
+            even[axis, row] = np.add.reduceat(of_column, starts) * of_row[block].sum()
+    return fluxes.reshape(3, -1, 3), even.reshape(3, -1)
+
+
+def _refined(color: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """Return an environment, interpolated as it is shown, with at least so many rows and columns of texels."""
+    height, width = color.shape[:2]
+    factor = -(-max(rows * width, columns * height) // (height * width))
+    row, column = ((np.arange(count * factor) + 0.5) / factor - 0.5 for count in (height, width))
+    i, j = np.floor(row).astype(int), np.floor(column).astype(int)
+    v, u = (row - i)[:, None, None], (column - j)[:, None]
+    low, high = color[np.clip(i, 0, height - 1)], color[np.clip(i + 1, 0, height - 1)]
+    between = low * (1 - v) + high * v
+    refined: np.ndarray = between[:, j % width] * (1 - u) + between[:, (j + 1) % width] * u
+    return refined
 
 
 def bright_cells(pixels: np.ndarray, *, is_srgb: bool, size: tuple[int, int]) -> tuple[np.ndarray, int, int]:
@@ -83,11 +133,6 @@ def _linear(pixels: np.ndarray, is_srgb: bool) -> np.ndarray:
     if pixels.dtype == np.uint8:
         color /= 255.0
     return linear_from_srgb(color) if is_srgb else color
-
-
-def _middles(rows: int) -> np.ndarray:
-    """Return the latitudes of rows of texels, shape [rows]."""
-    return ((np.arange(rows) + 0.5) / rows - 0.5) * np.pi
 
 
 def _directions(latitude: np.ndarray, columns: int) -> np.ndarray:
