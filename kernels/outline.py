@@ -253,6 +253,16 @@ def outlined_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position:
 
 
 @wp.func
+def segment(angle: float) -> float:
+    """Return an angle of 0 to 90 degrees less half the sine of its double, of a small one in full digits."""
+    double = 2.0 * angle
+    if double > 0.5:
+        return 0.5 * (double - wp.sin(double))
+    square = double * double
+    return double * square / 12.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0)))
+
+
+@wp.func
 def cap_flux(axis: wp.vec3, sine: float, cosine: float, n: wp.vec3) -> wp.vec3:
     """Return the vector irradiance from what is above the horizon of an even cone of radiance 1, up to 90 degrees wide.
 
@@ -265,16 +275,16 @@ def cap_flux(axis: wp.vec3, sine: float, cosine: float, n: wp.vec3) -> wp.vec3:
         n: Unit normal of the surface.
     """
     up = wp.dot(n, axis)
-    side = n - axis * up
-    across = wp.length(side)
+    across = wp.length(n - axis * up)
     if across * sine <= cosine * wp.abs(up):
         return axis * (wp.pi * sine * sine) if up > 0.0 else wp.vec3(0.0, 0.0, 0.0)
     # Of the circle's points that at an angle t from the uppermost one has the height cosine up + sine across cos t.
     cos_turn = wp.clamp(-cosine * up / (sine * across), -1.0, 1.0)
     turn = wp.acos(cos_turn)
-    sin_turn = wp.sqrt(1.0 - cos_turn * cos_turn)
-    arc = axis * (sine * sine * turn) - side * (sine * cosine * sin_turn / across)
-    return arc + n * wp.atan2(sine * sin_turn, cosine / across)
+    # Half of what is seen of the horizon is an angle of this sine and cosine.
+    v = sine * wp.sqrt(1.0 - cos_turn * cos_turn)
+    w = cosine / across
+    return axis * (sine * sine * turn + up * v * w) + n * segment(wp.atan2(v, w))
 
 
 @wp.func

@@ -154,9 +154,11 @@ def test_whole_lights_under_uneven_scales_and_on_the_horizon(kind: LightKind) ->
         np.testing.assert_allclose(got, irradiances(light, PLACES, UP, count=256), rtol=1e-3)
 
 
-@pytest.mark.parametrize("degrees", [60.0, 150.0, 300.0])
-def test_whole_distant_lights_on_the_horizon(degrees: float) -> None:
-    light = Light("/sun", LightKind.DISTANT, looking((1, 0, -0.3)), (1.0, 1.0, 1.0), angle=np.radians(degrees))
+@pytest.mark.parametrize(
+    ("degrees", "height"), [(60.0, 0.3), (150.0, 0.3), (300.0, 0.3), (0.53, 0.0), (0.53, 0.003), (0.53, -0.002)]
+)
+def test_whole_distant_lights_on_the_horizon(degrees: float, height: float) -> None:
+    light = Light("/sun", LightKind.DISTANT, looking((1, 0, -height)), (1.0, 1.0, 1.0), angle=np.radians(degrees))
     expected = irradiance(light, np.zeros(3), UP, count=2048)[0] / np.pi
     assert floor_film(light, samples=0, across=1).color[0, 0, 0] == pytest.approx(expected, rel=2e-4)
 
