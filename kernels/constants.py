@@ -391,17 +391,20 @@ than chords would cost, which keep less of the order of samples than the map of 
 DISK_LOW = wp.constant(1.0e-3)
 """Height of a point above a disk's plane, likewise, below which it is: a tangent loses its digits."""
 
-AIMED_LEAST = wp.constant(0.5)
-"""Part of a mesh light's samples below which none are aimed where its cone and focus leave most of it."""
+AIMED_END = wp.constant(1.57)
+"""Angle to a light's axis up to which samples are aimed [rad]: short of 90 degrees, where the lobe's logarithm ends."""
 
-AIMED_CONE = wp.constant(0.75)
-"""The same of other lights, whose own samples err less: of what a cone leaves;"""
+AIMED_LEAST = wp.constant(0.5)
+"""Part of what is seen of a mesh light that its cone and focus must take from it for samples to be aimed."""
+
+AIMED_CONE = wp.constant(0.5)
+"""The same of other lights, where that is a cone: all samples are aimed, for the sector holds all that is left."""
 
 AIMED_FOCUS = wp.constant(0.97)
-"""of what a focus does, which is smooth."""
+"""The same of other lights, where that is a focus, which is smooth: their own samples err less."""
 
 AIMED_MOST = wp.constant(0.95)
-"""Most of them that are: the others find what a focus leaves elsewhere."""
+"""Most of the samples of mesh lights and of a focus that are aimed: the others find what these miss."""
 
 SERIES_END = wp.constant(0.05)
 """Number up to which five terms of the series of exp and log hold, within 1e-7."""

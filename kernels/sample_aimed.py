@@ -12,8 +12,9 @@ report CW 197, section 5, for the lobe.
 
 import warp as wp
 
-from .constants import AIMED_MOST, SERIES_END
+from .constants import AIMED_END, AIMED_MOST, SERIES_END
 from .light_direction import half_angle
+from .sampling import concentric_disk
 from .structs import LightData
 from .vector import max_component, perpendicular_frame
 
@@ -62,19 +63,20 @@ def height_of(angle: float) -> float:
 
 
 @wp.func
-def aim_at(light: wp.ref[LightData], to_center: wp.vec3, size2: float, area: float, least: float) -> Aim:
+def aim_at(light: wp.ref[LightData], to_center: wp.vec3, size2: float, seen: float, least: float, most: float) -> Aim:
     """Return where a light is sampled for its cone and focus, if these leave far less of it than is seen.
 
     Args:
         light: One with an extent, not a distant one.
         to_center: From the surface to its centre.
         size2: Squared radius of a ball about that which holds it.
-        area: About what is seen of it from afar.
-        least: Part of the samples below which none are aimed.
+        seen: About the solid angle that it covers.
+        least: Part of that which must be left out for samples to be aimed.
+        most: Part of the samples that are, where there is no focus.
     """
     aim = Aim()
-    end = wp.min(light.cone_angle, 0.5 * wp.pi)
-    if light.focus <= 0.0 and light.cone_angle >= 0.5 * wp.pi:
+    end = wp.min(light.cone_angle, AIMED_END)
+    if light.focus <= 0.0 and light.cone_angle >= AIMED_END:
         return aim
     d2 = wp.max(wp.length_sq(to_center), 1.0e-30)
     wi = to_center / wp.sqrt(d2)
@@ -84,7 +86,7 @@ def aim_at(light: wp.ref[LightData], to_center: wp.vec3, size2: float, area: flo
         aim.axis = -light.axis_z  # a focus is the same behind
         cosine = -cosine
     half = half_angle(size2, d2)
-    theta = wp.acos(wp.clamp(cosine, -1.0, 1.0))
+    theta = wp.atan2(wp.length(wp.cross(wi, aim.axis)), cosine)
     first = float(0.0)
     aim.turn = wp.pi
     if d2 > size2:
@@ -96,21 +98,19 @@ def aim_at(light: wp.ref[LightData], to_center: wp.vec3, size2: float, area: flo
         return aim
     aim.power = light.focus + 1.0
     aim.top = minus_log(height_of(first))
-    bottom = minus_log(height_of(wp.min(end, 1.57)))
+    bottom = minus_log(height_of(end))
     aim.span = minus_exp(aim.power * (bottom - aim.top))
     # As a solid angle, what the sector has of its brightest direction.
     aimed = 2.0 * aim.turn * aim.span * wp.exp(-aim.top) / aim.power
-    seen = 2.0 * wp.pi * height_of(half)
-    if d2 > size2:
-        seen = wp.min(seen, area / d2)
     share = 1.0 - aimed / seen
     if light.focus > 0.0:
         # What a tint leaves is all over the light.
         tint = wp.clamp(max_component(light.focus_tint), 0.0, 1.0)
         focused = (1.0 - tint) * aimed
         share = wp.min(share, focused / (focused + tint * seen))
+        most = wp.min(share, AIMED_MOST)
     if share > least:
-        aim.share = wp.min(share, AIMED_MOST)
+        aim.share = most
         x, y = perpendicular_frame(aim.axis)
         if aim.turn < wp.pi:
             x = wp.normalize(x * wp.dot(wi, x) + y * wp.dot(wi, y))
@@ -128,10 +128,23 @@ def aimed_direction(aim: wp.ref[Aim], u: wp.vec2) -> wp.vec3:
         aim: The sector.
         u: Point of the unit square.
     """
-    height = minus_exp(aim.top + minus_log(u[0] * aim.span) / aim.power)
-    sine = wp.sqrt(wp.max(height * (2.0 - height), 0.0))
-    turn = (2.0 * u[1] - 1.0) * aim.turn
-    return aim.x * (sine * wp.cos(turn)) + aim.y * (sine * wp.sin(turn)) + aim.axis * (1.0 - height)
+    if aim.turn < wp.pi:
+        turn = (2.0 * u[1] - 1.0) * aim.turn
+        height = aimed_height(aim, u[0])
+        sine = wp.sqrt(wp.max(height * (2.0 - height), 0.0))
+        return aim.x * (sine * wp.cos(turn)) + aim.y * (sine * wp.sin(turn)) + aim.axis * (1.0 - height)
+    # All around: what is near in the square stays near.
+    p = concentric_disk(u)
+    r2 = wp.length_sq(p)
+    height = aimed_height(aim, r2)
+    side = wp.sqrt(wp.max(height * (2.0 - height), 0.0) / wp.max(r2, 1.0e-30))
+    return aim.x * (p[0] * side) + aim.y * (p[1] * side) + aim.axis * (1.0 - height)
+
+
+@wp.func
+def aimed_height(aim: wp.ref[Aim], part: float) -> float:
+    """Return 1 - cos of the angle to the axis below which a part of a sector's directions are."""
+    return minus_exp(aim.top + minus_log(part * aim.span) / aim.power)
 
 
 @wp.func

@@ -6,8 +6,8 @@ import warp as wp
 
 from .codes import UNEVEN, VARIED
 from .constants import AIMED_CONE, AIMED_FOCUS
-from .light import KIND_CYLINDER, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
-from .light_direction import LightDirection
+from .light import KIND_CYLINDER, KIND_DISK, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
+from .light_direction import LightDirection, cone_cap
 from .outline import bounding_square
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_cylinder import meet_cylinder, sample_cylinder
@@ -70,18 +70,38 @@ def aim_of(light: wp.ref[LightData], position: wp.vec3) -> Aim:
     if (light.varies & VARIED) == 0 or light.kind == KIND_DISTANT:
         return Aim()
     center = light.position - position
-    x = light.half_x
-    y = light.half_y
-    z = light.half_z
-    # A box about it, which looks as large as its sides together.
-    sides = wp.vec3(wp.dot(wp.cross(x, y), center), wp.dot(wp.cross(y, z), center), wp.dot(wp.cross(z, x), center))
-    seen = 4.0 * (wp.abs(sides[0]) + wp.abs(sides[1]) + wp.abs(sides[2])) / wp.max(wp.length(center), 1.0e-30)
     size2 = bounding_square(light)
     if (light.varies & UNEVEN) == 0 and light.kind != KIND_RECT:
         size2 = light.radius * light.radius
         if light.kind == KIND_CYLINDER:
-            size2 += wp.length_sq(x)
-    return aim_at(light, center, size2, seen, AIMED_FOCUS if light.focus > 0.0 else AIMED_CONE)
+            size2 += wp.length_sq(light.half_x)
+    least = AIMED_FOCUS if light.focus > 0.0 else AIMED_CONE
+    return aim_at(light, center, size2, seen_solid_angle(light, center), least, 1.0)
+
+
+@wp.func
+def seen_solid_angle(light: wp.ref[LightData], center: wp.vec3) -> float:
+    """Return about the solid angle that a light with a shape covers: from afar its own, of a sphere everywhere.
+
+    Args:
+        light: A rect, disk, sphere or cylinder.
+        center: Its centre, as seen from the point.
+    """
+    x = light.half_x
+    y = light.half_y
+    z = light.half_z
+    d2 = wp.max(wp.length_sq(center), 1.0e-30)
+    # How large a box about it looks, by its sides; those across a cylinder's axis are open.
+    xy = wp.dot(wp.cross(x, y), center)
+    zx = wp.dot(wp.cross(z, x), center)
+    yz = wp.dot(wp.cross(y, z), center) if light.kind != KIND_CYLINDER else 0.0
+    area = wp.sqrt((xy * xy + zx * zx + yz * yz) / d2)
+    if light.kind == KIND_RECT or light.kind == KIND_CYLINDER:
+        area *= 4.0 / wp.pi
+    # That of a disk or of a sphere which looks as large.
+    if light.kind == KIND_RECT or light.kind == KIND_DISK:
+        return 2.0 * wp.pi * cone_cap(area / (d2 + area))
+    return 2.0 * wp.pi * cone_cap(wp.min(area / d2, 1.0))
 
 
 @wp.func

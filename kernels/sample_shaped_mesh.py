@@ -6,8 +6,8 @@ import warp as wp
 
 from .cluster_walk import nearest_triangle
 from .codes import VARIED
-from .constants import AIMED_LEAST, SHADOW_END
-from .light_direction import LightDirection
+from .constants import AIMED_LEAST, AIMED_MOST, SHADOW_END
+from .light_direction import LightDirection, cone_cap
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_mesh import meet_mesh, sample_mesh
 from .shaped_mesh import ball_of_mesh
@@ -21,9 +21,11 @@ def aim_of_mesh(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
         return Aim()
     mesh = scene.light_meshes[light.mesh]
     ball = ball_of_mesh(scene, mesh)
-    # About half of a surface's area is seen in the mean over all directions.
     center = wp.vec3(ball[0], ball[1], ball[2]) - position
-    return aim_at(light, center, ball[3], 0.5 * mesh.area, AIMED_LEAST)
+    d2 = wp.max(wp.length_sq(center), 1.0e-30)
+    # About half of a surface's area is seen in the mean over all directions.
+    seen = 2.0 * wp.pi * cone_cap(wp.min(wp.min(ball[3], 0.5 * mesh.area / wp.pi) / d2, 1.0))
+    return aim_at(light, center, ball[3], seen, AIMED_LEAST, AIMED_MOST)
 
 
 @wp.func

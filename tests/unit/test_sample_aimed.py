@@ -28,7 +28,7 @@ def aim_all(
 ):
     """Write aimed directions, their densities, those of given ones, and the share."""
     i = wp.tid()
-    aim = aim_at(lights[0], to_center, size2, 1.0e10, 0.0)
+    aim = aim_at(lights[0], to_center, size2, 1.0e10, 0.0, 1.0)
     wi = aimed_direction(aim, sequence_point(wp.uint32(i), wp.uint32(99)))
     directions[i] = wi
     numbers[i] = wp.vec3(aimed_pdf(aim, wi), aimed_pdf(aim, given[i]), aim.share)
