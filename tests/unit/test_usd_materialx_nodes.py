@@ -312,3 +312,72 @@ def test_hexagons_are_the_image_repeated_and_told(tmp_path):
     values, codes = read(node("N", "ND_hextiledimage_color3", *lines), [((1.375 / 2), (2.625 / 3))])
     np.testing.assert_allclose(values[0], texels[1, 1] / 255, atol=1e-6)
     assert codes == ["W303"]
+
+
+# --- what nodes say where the stage says nothing, and where formulas end
+
+
+def typed(kind: str, name: str, *values: float) -> str:
+    said = repr(values) if len(values) > 1 else repr(values[0])
+    return f"{kind} inputs:{name} = {said}"
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines", "expected"),
+    [
+        ("ND_smoothstep_float", (number("in", 0.5), number("low", 0.5), number("high", 0.5)), (1, 1, 1)),
+        ("ND_smoothstep_float", (number("in", 0.4), number("low", 0.5), number("high", 0.5)), (0, 0, 0)),
+        ("ND_smoothstep_float", (number("in", 0.0), number("low", 2.0), number("high", -1.0)), (1, 1, 1)),
+        ("ND_ifequal_color3", (number("in1", 1, 2, 3), number("in2", 4, 5, 6)), (1, 2, 3)),
+        ("ND_ifequal_color3B", (number("in1", 1, 2, 3), number("in2", 4, 5, 6)), (1, 2, 3)),
+        ("ND_ifgreater_color3", (number("in1", 1, 2, 3), number("in2", 4, 5, 6)), (1, 2, 3)),
+        ("ND_convert_integer_boolean", (typed("int", "in", 3),), (1, 1, 1)),
+        ("ND_switch_float", (number("in1", 4.0), typed("float", "which", -2.0)), (4, 4, 4)),
+        ("ND_switch_float", (number("in10", 4.0), typed("float", "which", 9.5)), (4, 4, 4)),
+        ("ND_switch_float", (number("in10", 4.0), typed("float", "which", 10.0)), (0, 0, 0)),
+        ("ND_hsvtorgb_color3", (number("in", 0.3, -0.5, 0.75),), (0.75, 0.75, 0.75)),
+        ("ND_rgbtohsv_color3", (number("in", -0.25, -0.5, -1.0),), (0, 0, -0.25)),
+    ],
+)
+def test_defaults_and_ends_of_formulas(identifier, lines, expected):
+    """As the library of MaterialX 1.39.5 has them."""
+    (value,), codes = read(node("N", identifier, *lines))
+    np.testing.assert_allclose(value, expected, atol=1e-6)
+    assert codes == []
+
+
+@pytest.mark.parametrize(
+    ("identifier", "lines", "index", "expected"),
+    [
+        ("ND_convert_color3_vector4", (number("in", 1, 2, 3),), 3, 1.0),
+        ("ND_convert_vector3_vector4", (number("in", 1, 2, 3),), 3, 1.0),
+        ("ND_convert_vector2_color4", (number("in", 1, 2),), 2, 0.0),
+        ("ND_convert_vector2_color4", (number("in", 1, 2),), 3, 1.0),
+        ("ND_convert_float_color4", (number("in", 0.5),), 3, 0.5),
+        ("ND_combine2_color4CF", (number("in2", 0.5),), 3, 0.5),
+        ("ND_combine2_vector4VF", (number("in2", 0.5),), 1, 0.0),
+        ("ND_combine2_vector4VV", (number("in2", 0.5, 0.25),), 3, 0.25),
+        ("ND_premult_color4", (), 3, 1.0),
+        ("ND_unpremult_color4", (), 3, 1.0),
+    ],
+)
+def test_components_that_are_filled_up(identifier, lines, index, expected):
+    """Vectors of three have 1 as their fourth component, numbers have themselves."""
+    wire = "color4f inputs:in.connect = </M/V.outputs:out>"
+    nodes = node("V", identifier, *lines) + node("N", "ND_extract_color4", wire, typed("int", "index", index))
+    (value,), codes = read(nodes, count=1)
+    np.testing.assert_allclose(value, [expected], atol=1e-6)
+    assert codes == []
+
+
+def test_values_of_no_extent_are_not_smeared_over_an_image():
+    """The field is s but where s and t are 0, at which one of the two texels each way lies."""
+    nodes = node("C", "ND_texcoord_vector2")
+    nodes += node("X", "ND_extract_vector2", "float2 inputs:in.connect = </M/C.outputs:out>")
+    nodes += node(
+        "D", "ND_dotproduct_vector2", "float2 inputs:in1.connect = </M/C.outputs:out>", number("in2", 0.7, -0.45)
+    )
+    lines = ("float inputs:value2.connect = </M/D.outputs:out>", "float inputs:in2.connect = </M/X.outputs:out>")
+    values, codes = read(nodes + node("N", "ND_ifequal_float", number("in1", 9.0), *lines), SPOTS, count=1)
+    np.testing.assert_allclose(values[:, 0], S, atol=1e-3)
+    assert codes == ["N938"]

@@ -26,6 +26,8 @@ _CHUNK = 1 << 15  # texels at a time: what is computed of them stays in the cach
 _SAME = 1e-5  # of a texel
 _SINGULAR = 1e-12
 _STEP = 1 / 8192  # of texture coordinates, for slopes: below half a texel
+_ASIDE = np.array([[1.0 - 2.0**-30, 0.0, 0.62 * 2.0**-30], [0.0, 1.0 - 2.0**-30, 0.38 * 2.0**-30], [0.0, 0.0, 1.0]])
+"""Off the corners and the middle, at which fields of coordinates have values of no extent, as x / x and x == 0 do."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def bake(source: Source, images: ImageCache) -> Baked:
     transform, is_common = _transform(textures)
     from_image = np.linalg.inv(transform)
     size, is_fine = _size(textures, images.images, from_image)
-    evaluation = _Evaluation(images.images, size, from_image)
+    evaluation = _Evaluation(images.images, size, from_image if textures else from_image @ _ASIDE)
     grids = [texture.tiles for texture in textures if texture.tiles is not None]
     is_tiled = bool(grids) and is_common
     if is_tiled:
@@ -72,8 +74,7 @@ def bake(source: Source, images: ImageCache) -> Baked:
             across, upwards = (texel_axis(field, beyond, axis) for axis in (0, 1))
             size, is_fine = (across.count, upwards.count), across.is_fine and upwards.is_fine
             transform = onto_unit((across.span, upwards.span))
-            from_image = np.linalg.inv(transform)
-            evaluation = _Evaluation(images.images, size, from_image)
+            evaluation = _Evaluation(images.images, size, np.linalg.inv(transform) @ _ASIDE)
     looked_up = _looked_up(source, set())
     used = [row for texture in (*textures, *looked_up) for row in _rows(texture)]
 

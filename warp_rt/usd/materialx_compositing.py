@@ -17,6 +17,7 @@ from warp_rt.usd.signals import Signal, add, apply, apply_to_all, blend, choose,
 
 _ONE = Signal.constant([1.0])
 _NONE = Signal.constant([0.0])
+_BLACK = (0.0, 0.0, 0.0, 1.0)
 _LEAST = 1e-6  # below which a divisor counts as 0, as in the reference library
 
 
@@ -159,12 +160,12 @@ def _disjoint_over_steps(foreground: Signal, background: Signal) -> Signal:
 
 
 def _premultiply(node: NodeInputs) -> Signal:
-    color = node.get("in")
+    color = node.get("in", _BLACK).resized(4)
     return join([multiply(color.pick(range(3)), color.pick([3])), color.pick([3])])
 
 
 def _unpremultiply(node: NodeInputs) -> Signal:
-    return apply_to_all(_divided_by_alpha, 4, node.get("in").resized(4))
+    return apply_to_all(_divided_by_alpha, 4, node.get("in", _BLACK).resized(4))
 
 
 def _divided_by_alpha(color: np.ndarray) -> np.ndarray:

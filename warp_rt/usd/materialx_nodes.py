@@ -18,7 +18,7 @@ from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
 from warp_rt.usd.materialx_compositing import COMPOSITES
 from warp_rt.usd.materialx_noises import NOISES
 from warp_rt.usd.materialx_patterns import PATTERNS, smooth_step
-from warp_rt.usd.materialx_places import PLACES, dot, length, unit
+from warp_rt.usd.materialx_places import PLACES, dot, length, turned, turned_in_space, unit
 from warp_rt.usd.node_inputs import SIZES, Node, NodeInputs
 from warp_rt.usd.signals import (
     CHANNELS,
@@ -34,8 +34,8 @@ from warp_rt.usd.signals import (
     multiply,
     steps_of,
 )
-from warp_rt.usd.texture_coordinates import rotation, rotation_in_space
 
+_BRANCHES = 10  # of a switch
 _NODE = re.compile(r"ND_(?:(logical_[a-z]+)|([a-z0-9]+)(?:_(.+))?)")
 _TYPE = re.compile("|".join(SIZES))
 _UNTYPED = {"normalmap": ("vector3",), "ramp": ("color4",), "blackbody": ("color3",)}
@@ -60,7 +60,7 @@ def fold(identifier: str, output: str, read: Callable[[str], Signal | None], tex
     if function is None or not kinds:
         raise DoesNotFold
     with np.errstate(all="ignore"):
-        return function(NodeInputs(output, kinds, read, text))
+        return function(NodeInputs(output, kinds, read, text, variant=_TYPE.split(identifier)[-1]))
 
 
 def is_known_node(identifier: str) -> bool:
@@ -79,10 +79,12 @@ def _parsed(identifier: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _convert(node: NodeInputs) -> Signal:
-    result = node.get("in").resized(node.output_size)
-    if node.kinds[-1] == "color4" and node.size < 4:
-        return join([result.pick(range(3)), Signal.constant([1.0])])
-    return result
+    given = node.get("in")
+    if node.kinds[-1] == "boolean":
+        return _truth(given)
+    if node.output_size == 4 and 1 < node.size < 4:
+        return join([given.resized(3), Signal.constant([1.0])])
+    return given.resized(node.output_size)
 
 
 def _extract(node: NodeInputs) -> Signal:
@@ -115,11 +117,9 @@ def _separate(node: NodeInputs) -> Signal:
 
 def _combine(count: int) -> Node:
     def combine(node: NodeInputs) -> Signal:
-        parts = []
-        for k in range(1, count + 1):
-            part = node.read(f"in{k}")
-            parts.append(Signal.constant([0.0]) if part is None else part)
-        return join(parts).pick(range(node.size))
+        # Of several types: two vectors of two, or one of three and a number.
+        sizes = {"VV": (2, 2), "VF": (3, 1), "CF": (3, 1)}.get(node.variant, (1,) * count)
+        return join([node.sized(f"in{k}", size) for k, size in enumerate(sizes, start=1)])
 
     return combine
 
@@ -154,9 +154,11 @@ def _gamma_curve_steps(values: Signal, gamma: Signal) -> Signal:
     return apply(_safe_power, values, apply(np.reciprocal, gamma))
 
 
-def _if(holds: np.ufunc) -> Node:
+def _if(holds: np.ufunc, default: float) -> Node:
+    """Return the node of a comparison, whose first value has a default; the second's is 0."""
+
     def branch(node: NodeInputs) -> Signal:
-        first, second = (node.read(name) or Signal.constant([value]) for name, value in (("value1", 1), ("value2", 0)))
+        first, second = node.read("value1") or Signal.constant([default]), node.sized("value2", 1)
         if node.kinds == ("boolean",) and node.read("in1") is None and node.read("in2") is None:
             return apply(holds, first, second)
         if first.value is not None and second.value is not None:
@@ -167,28 +169,37 @@ def _if(holds: np.ufunc) -> Node:
 
 
 def _switch(node: NodeInputs) -> Signal:
-    return node.get(f"in{int(node.number('which', 0.0)) + 1}")
+    """Return the branch of a number, each from one whole number to the next, the first below; 0 beyond the last."""
+    which = node.sized("which", 1)
+    if which.value is not None:
+        number = max(int(which.value[0]), 0) + 1
+        return node.get(f"in{number}") if number <= _BRANCHES else Signal.constant([0.0] * node.size)
+    found = Signal.constant([0.0] * node.size)
+    for number in range(_BRANCHES, 0, -1):
+        is_below = apply(np.greater, Signal.constant([float(number)]), which)
+        found = choose(is_below, node.get(f"in{number}"), found)
+    return found
 
 
 def _place(node: NodeInputs) -> Signal:
     """Return moved texture coordinates: scaled, turned, shifted, or by ``operationorder`` 1 the other way round."""
-    pivot, offset = (node.get(name).resized(2).constant_value() for name in ("pivot", "offset"))
-    shrink = np.diag(apply(np.reciprocal, node.get("scale", 1.0)).resized(2).constant_value())
-    turn = rotation(node.number("rotate", 0.0))
-    coordinates = node.coordinates.map(np.eye(2), -pivot)
+    pivot, offset = (node.get(name).resized(2) for name in ("pivot", "offset"))
+    shrink, degrees = apply(np.reciprocal, node.get("scale", 1.0)).resized(2), node.sized("rotate", 1)
+    coordinates = add(node.coordinates, pivot, -1.0)
     if node.number("operationorder", 0.0) == 0.0:
-        return coordinates.map(turn @ shrink, pivot - offset)
-    return coordinates.map(np.eye(2), -offset).map(shrink @ turn, pivot)
+        moved = add(turned(multiply(coordinates, shrink), degrees), offset, -1.0)
+    else:
+        moved = multiply(turned(add(coordinates, offset, -1.0), degrees), shrink)
+    return add(moved, pivot)
 
 
 def _rotate(node: NodeInputs) -> Signal:
-    return node.get("in").map(rotation(node.number("amount", 0.0)))
+    return turned(node.get("in").resized(2), node.sized("amount", 1))
 
 
 def _rotate_in_space(node: NodeInputs) -> Signal:
     """Return a vector turned about an axis."""
-    axis = node.get("axis", (0.0, 1.0, 0.0)).constant_value()
-    return node.get("in").resized(3).map(rotation_in_space(node.number("amount", 0.0), axis))
+    return turned_in_space(node.sized("in", 3), node.sized("amount", 1), node.get("axis", (0.0, 1.0, 0.0)).resized(3))
 
 
 def _normal_map(node: NodeInputs) -> Signal:
@@ -404,9 +415,9 @@ _NODES: Mapping[str, Node] = {
     "distance": _distance,
     "normalize": _normalize,
     "crossproduct": _cross_product,
-    "ifgreater": _if(np.greater),
-    "ifgreatereq": _if(np.greater_equal),
-    "ifequal": _if(np.equal),
+    "ifgreater": _if(np.greater, 1.0),
+    "ifgreatereq": _if(np.greater_equal, 1.0),
+    "ifequal": _if(np.equal, 0.0),
     "switch": _switch,
     "place2d": _place,
     "rotate2d": _rotate,

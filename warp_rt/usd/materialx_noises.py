@@ -15,7 +15,7 @@ import numpy as np
 
 from warp_rt.scene.programs import Op
 from warp_rt.usd.hsv import rgb_from_hsv
-from warp_rt.usd.materialx_places import position
+from warp_rt.usd.materialx_places import position, turned, turned_in_space
 from warp_rt.usd.node_inputs import Node, NodeInputs
 from warp_rt.usd.noise import cells, perlin, perlin_vector, worley, worley_vector
 from warp_rt.usd.signals import (
@@ -41,14 +41,13 @@ from warp_rt.usd.solid_noise import (
     worley_solid_cells_vector,
     worley_solid_vector,
 )
-from warp_rt.usd.texture_coordinates import rotation, rotation_in_space
 
 Function = Callable[..., np.ndarray]
 
 _FRACTAL = (("lacunarity", 2.0), ("diminish", 0.5))
 _MAX_OCTAVES = 16  # beyond, they are finer than texels and pixels are
 _JITTER_TURN = 90000.0  # degrees by which places are turned where jitter is 0
-_TURN_AXIS = np.array([0.1, 1.0, 0.0])
+_TURN_AXIS = Signal.constant([0.1, 1.0, 0.0])
 _RANDOM_SCALE = 4096.0  # of values that are no whole numbers
 
 
@@ -169,7 +168,7 @@ def _worley(domain: _Domain) -> Node:
 
 def _nearest(node: NodeInputs, domain: _Domain, place: Signal, size: int) -> Signal:
     functions = domain.worley_cells if node.number("style", 0.0) == 1.0 else domain.worley
-    jitter = Signal.constant([node.number("jitter", 1.0)])
+    jitter = (node.read("jitter") or Signal.constant([1.0])).pick([0])
     if size == 1:
         return apply_to_all(functions[0], 1, place, jitter)
     return apply_to_all(functions[1], 3, place, jitter).pick(range(size))
@@ -179,22 +178,22 @@ def _unified(domain: _Domain) -> Node:
     """Return the node of any noise, scaled, moved, and turned by the jitter so that nobody can tell it from chance."""
 
     def unified(node: NodeInputs) -> Signal:
-        kind, jitter = int(node.number("type", 0.0)), node.number("jitter", 1.0)
-        place = domain.place(node)
-        turn = _JITTER_TURN * (jitter - 1.0)
+        kind, place = int(node.number("type", 0.0)), domain.place(node)
+        jitter = (node.read("jitter") or Signal.constant([1.0])).pick([0])
+        turn = jitter.map(np.array([[_JITTER_TURN]]), -_JITTER_TURN)
         scale, offset = (
             node.read(name) or Signal.constant([value]) for name, value in (("freq", 1.0), ("offset", 0.0))
         )
         place = add(multiply(place, scale.resized(place.size)), offset.resized(place.size))
-        turned = place.map(rotation(turn) if place.size == 2 else rotation_in_space(turn, _TURN_AXIS))
+        moved = turned(place, turn) if place.size == 2 else turned_in_space(place, turn, _TURN_AXIS)
         if kind == 0:
-            found = apply_to_all(domain.perlin[0], 1, turned).map(np.array([[0.5]]), 0.5)
+            found = apply_to_all(domain.perlin[0], 1, moved).map(np.array([[0.5]]), 0.5)
         elif kind == 1:
-            found = apply_to_all(domain.cells, 1, turned)
+            found = apply_to_all(domain.cells, 1, moved)
         elif kind == 2:
             found = _nearest(node, domain, place, 1)
         elif kind == 3:
-            solid = join([place, Signal.constant([turn])]) if place.size == 2 else turned
+            solid = join([place, turn]) if place.size == 2 else moved
             found = _octaves(node, _SPACE, solid, 1)
         else:
             raise DoesNotFold

@@ -31,19 +31,20 @@ _ZERO, _ONE, _HALF = (Signal.constant([value]) for value in (0.0, 1.0, 0.5))
 
 
 def smooth_step(value: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return MaterialX's smoothstep: 0 up to ``low``, 1 from ``high`` on, and between 3 x^2 - 2 x^3.
+    """Return MaterialX's smoothstep: 1 from ``high`` on, else 0 up to ``low``, and between 3 x^2 - 2 x^3.
 
     Arrays of one shape, or that broadcast to one.
     """
     x = np.clip((value - low) / (high - low), 0, 1)
-    return np.asarray(x * x * (3 - 2 * x))
+    return np.where(value >= high, 1.0, np.where(value > low, x * x * (3 - 2 * x), 0.0))
 
 
 @steps_of(smooth_step)
 def _smooth_step_steps(value: Signal, low: Signal, high: Signal) -> Signal:
     share = multiply(add(value, low, -1.0), apply(np.reciprocal, add(high, low, -1.0)))
     x = apply(np.clip, share, _ZERO, _ONE)
-    return multiply(multiply(x, x), add(Signal.constant([3.0]), x, -2.0))
+    between = multiply(multiply(x, x), add(Signal.constant([3.0]), x, -2.0))
+    return choose(apply(np.greater_equal, value, high), _ONE, choose(apply(np.greater, value, low), between, _ZERO))
 
 
 def _along(node: NodeInputs, axis: int) -> Signal:
@@ -58,12 +59,12 @@ def _ramp(start: str, end: str, axis: int) -> Node:
 def _ramp_of_corners(node: NodeInputs) -> Signal:
     across = _along(node, 0)
     top, bottom = (blend(node.get(f"value{side}l"), node.get(f"value{side}r"), across) for side in "tb")
-    return blend(top, bottom, _along(node, 1))
+    return blend(bottom, top, _along(node, 1))
 
 
 def _split(start: str, end: str, axis: int) -> Node:
     def split(node: NodeInputs) -> Signal:
-        center = Signal.constant([node.number("center", 0.5)])
+        center = node.read("center") or _HALF
         return blend(node.get(start), node.get(end), apply(_step, node.coordinates.pick([axis]), center))
 
     return split
@@ -84,7 +85,7 @@ def _checkerboard(node: NodeInputs) -> Signal:
         for name, value in (("uvtiling", 8), ("uvoffset", 0))
     )
     place = add(multiply(node.coordinates, tiling), offset, -1.0)
-    return blend(node.get("color1", 1.0), node.get("color2", 0.0), apply_to_all(_is_odd, 1, place))
+    return blend(node.get("color2", 0.0), node.get("color1", 1.0), apply_to_all(_is_odd, 1, place))
 
 
 def _is_odd(place: np.ndarray) -> np.ndarray:
@@ -144,21 +145,20 @@ def _ramp_of_stops(node: NodeInputs) -> Signal:
     count = int(node.number("num_intervals", 2.0))
     if not 1 <= count <= _MAX_STOPS:
         raise DoesNotFold
-    stops = np.array([node.number(f"interval{k}", 0.0 if k == 1 else 1.0) for k in range(1, count + 1)])
+    numbers = range(1, count + 1)
+    stops = [node.read(f"interval{k}") or (_ZERO if k == 1 else _ONE) for k in numbers]
     defaults = ((0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0))
-    colors = [node.get(f"color{k}", defaults[k > 1]).resized(4).constant_value() for k in range(1, count + 1)]
+    colors = [node.get(f"color{k}", defaults[k > 1]).resized(4) for k in numbers]
     ways = {0: _across, 1: _about, 2: _away, 3: _in_squares}
     shapes = {0: _straight, 1: _smooth, 2: _stepped}
     way, shape = ways.get(int(node.number("type", 0.0))), shapes.get(int(node.number("interpolation", 1.0)))
     if way is None or shape is None:
         raise DoesNotFold
     place = apply_to_all(way, 1, node.coordinates)
-    result = Signal.constant(colors[0].tolist())
+    result = colors[0]
     for k in range(count - 1):
-        inside = [Signal.constant([stop]) for stop in stops[k : k + 2]]
-        start, end = (Signal.constant(color.tolist()) for color in colors[k : k + 2])
-        part = blend(start, end, apply(shape, place, *inside))
-        result = apply_to_all(_from_stop, 4, result, part, place, inside[0])
+        part = blend(colors[k], colors[k + 1], apply(shape, place, *stops[k : k + 2]))
+        result = apply_to_all(_from_stop, 4, result, part, place, stops[k])
     return result
 
 
@@ -241,10 +241,10 @@ def _stepped_steps(place: Signal, _: Signal, high: Signal) -> Signal:
 PATTERNS: Mapping[str, Node] = {
     "ramp": _ramp_of_stops,
     "ramplr": _ramp("valuel", "valuer", 0),
-    "ramptb": _ramp("valuet", "valueb", 1),
+    "ramptb": _ramp("valueb", "valuet", 1),
     "ramp4": _ramp_of_corners,
     "splitlr": _split("valuel", "valuer", 0),
-    "splittb": _split("valuet", "valueb", 1),
+    "splittb": _split("valueb", "valuet", 1),
     "checkerboard": _checkerboard,
     "circle": _circle,
     "line": _line,

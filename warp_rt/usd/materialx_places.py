@@ -15,8 +15,18 @@ import numpy as np
 
 from warp_rt.scene.programs import Op
 from warp_rt.usd.node_inputs import Node, NodeInputs
-from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, apply_to_all, multiply, of_surface, steps_of
-from warp_rt.usd.texture_coordinates import coordinate_name
+from warp_rt.usd.signals import (
+    DoesNotFold,
+    Signal,
+    add,
+    apply,
+    apply_to_all,
+    join,
+    multiply,
+    of_surface,
+    steps_of,
+)
+from warp_rt.usd.texture_coordinates import coordinate_name, rotation, rotation_in_space
 
 _IS_WORLD = {"model": False, "object": False, "world": True}
 
@@ -53,6 +63,31 @@ def dot(first: Signal, second: Signal) -> Signal:
     """Return the sum of the products of components."""
     product = multiply(first, second)
     return product.map(np.ones((1, product.size)))
+
+
+def turned(vector: Signal, degrees: Signal) -> Signal:
+    """Return a vector of the plane turned clockwise, as MaterialX's rotate2d does."""
+    if degrees.value is not None:
+        return vector.map(rotation(degrees.value[0]))
+    sine, cosine = _sine_and_cosine(degrees)
+    x, y = vector.pick([0]), vector.pick([1])
+    return join([add(multiply(cosine, x), multiply(sine, y)), add(multiply(cosine, y), multiply(sine, x), -1.0)])
+
+
+def turned_in_space(vector: Signal, degrees: Signal, axis: Signal) -> Signal:
+    """Return a vector of space turned about an axis, as MaterialX's rotate3d does: see ``rotation_in_space``."""
+    if degrees.value is not None and axis.value is not None:
+        return vector.map(rotation_in_space(degrees.value[0], axis.constant_value()))
+    sine, cosine = _sine_and_cosine(degrees)
+    along = _unit(axis)
+    crossed = apply_to_all(np.cross, 3, vector, along)
+    rest = multiply(multiply(along, dot(along, vector)), add(Signal.constant([1.0]), cosine, -1.0))
+    return add(add(multiply(vector, cosine), multiply(crossed, sine)), rest)
+
+
+def _sine_and_cosine(degrees: Signal) -> tuple[Signal, Signal]:
+    angle = degrees.pick([0]).map(np.array([[np.pi / 180.0]]))
+    return apply(np.sin, angle), apply(np.cos, angle)
 
 
 # --- the point

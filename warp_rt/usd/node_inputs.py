@@ -27,6 +27,8 @@ class NodeInputs:
     """What an input says; None where it says nothing."""
     text: Callable[[str], str]
     """What a text input says; empty where it says nothing."""
+    variant: str = ""
+    """What its name ends on after its types: ``CF`` of ``ND_combine2_color4CF``."""
 
     @property
     def size(self) -> int:
@@ -45,6 +47,11 @@ class NodeInputs:
             return found
         values = [default] * self.size if isinstance(default, int | float) else list(default)
         return Signal.constant(values)
+
+    def sized(self, name: str, size: int) -> Signal:
+        """Return an input as so many components; 0 where it says nothing."""
+        found = self.read(name)
+        return Signal.constant([0.0] * size) if found is None else found.resized(size)
 
     @property
     def coordinates(self) -> Signal:
