@@ -12,7 +12,7 @@ import warp as wp
 from .cluster_walk import is_ball_met, meet_triangle, next_cluster
 from .constants import SHADOW_END
 from .light_triangle import VisiblePart
-from .structs import LightMeshData, SceneData
+from .structs import LightCluster, LightMeshData, SceneData
 
 OUTSIDE = wp.constant(1)
 """Bit of ``LightTriangle.free_sides``: from its outside nothing of the light can be before it,"""
@@ -40,6 +40,29 @@ def is_free(part: wp.ref[VisiblePart]) -> bool:
     """Return whether nothing of a mesh light can be before a part of it, from the side that is seen."""
     is_outside = wp.dot(part.normal, part.center) < 0.0
     return (part.free_sides & (OUTSIDE if is_outside else INSIDE)) != 0
+
+
+@wp.func
+def ball_around(mesh: wp.ref[LightMeshData], row: int) -> int:
+    """Return the row in ``SceneData.light_clusters`` of the ball that a triangle of a mesh light stands for.
+
+    Args:
+        mesh: One that consists of balls.
+        row: Of the triangle, of the light's.
+    """
+    return mesh.clusters + ((mesh.leaves + row) >> mesh.ball_bits)
+
+
+@wp.func
+def front_of_ball(ball: LightCluster, position: wp.vec3) -> wp.vec3:
+    """Return what of a ball is nearest to a surface outside of it, from there.
+
+    Args:
+        ball: The ball.
+        position: Of the surface.
+    """
+    center = ball.center - position
+    return center * (1.0 - ball.radius / wp.max(wp.length(center), ball.radius))
 
 
 @wp.func(inline=False)
@@ -114,6 +137,38 @@ def look_for_point(
     return weight
 
 
+@wp.func
+def look_for_ball(
+    scene: wp.ref[SceneData],
+    mesh: wp.ref[LightMeshData],
+    row: int,
+    position: wp.vec3,
+    n: wp.vec3,
+    seen: wp.ref[SeenPoints],
+) -> float:
+    """Look for the front of a ball past the rest of a mesh light; return what the ball counts.
+
+    Args:
+        scene: Lights' triangles and clusters.
+        mesh: The light's.
+        row: Of one of the ball's triangles, of the light's.
+        position: Of the surface.
+        n: Its unit normal.
+        seen: Takes it, its share being the sum of what counts.
+    """
+    ball = scene.light_clusters[ball_around(mesh, row)]
+    center = ball.center - position
+    d2 = wp.max(wp.length_sq(center), 1.0e-30)
+    weight = ball.size * wp.max(wp.dot(n, center), 0.0) / (d2 * wp.sqrt(d2))
+    if weight > 0.0:
+        p = front_of_ball(ball, position)
+        if not is_hidden(scene, mesh, position, p, ball.body):
+            seen.share += weight
+            seen.center = p
+            seen.normal = -p
+    return weight
+
+
 @wp.func(inline=False)
 def look_past_rest(
     scene: wp.ref[SceneData], mesh: wp.ref[LightMeshData], node: int, count: int, position: wp.vec3, n: wp.vec3
@@ -142,7 +197,10 @@ def look_past_rest(
         middle = wp.vec2(1.0 / 3.0, 1.0 / 3.0)
         for k in range(points):
             row = first + ((2 * k + 1) * span) / (2 * points)
-            whole += look_for_point(scene, mesh, row, middle, position, n, seen)
+            if scene.light_clusters[mesh.clusters + node].balls > 0:
+                whole += look_for_ball(scene, mesh, row, position, n, seen)
+            else:
+                whole += look_for_point(scene, mesh, row, middle, position, n, seen)
     else:
         rows = wp.min(int(wp.ceil(wp.sqrt(float(count)))), POINTS_ACROSS)
         step = 1.0 / float(rows)

@@ -245,6 +245,8 @@ class LightMeshData:
     clusters: wp.int32
     """Where its heap begins in ``SceneData.light_clusters``: rows 1 (all of it) to ``leaves`` - 1, row k holding what
     rows 2 k and 2 k + 1 hold; rows from ``leaves`` on are triangles."""
+    ball_bits: wp.int32
+    """Of a light that consists of balls: each has 2^``ball_bits`` leaves of its own."""
 
 
 @wp.struct
@@ -269,6 +271,8 @@ class LightCluster:
     """Bits that all of them have in ``LightTriangle.free_sides``."""
     body: wp.int32
     """Convex body whose outside all of them are; -1: of none, or of several."""
+    balls: wp.int32
+    """1: they are all that stand for one ball; 2: for several; 0: for none."""
 
 
 @wp.struct

@@ -14,7 +14,7 @@ from .constants import CLUSTER_SIZE, LIGHT_CLEARANCE, MESH_LIGHT_EXACT, SEEN_POI
 from .light import LightSample, patch_irradiance
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import CUT, DARK
-from .mesh_visibility import SeenPoints, is_free, look_past_rest
+from .mesh_visibility import SeenPoints, ball_around, front_of_ball, is_free, look_past_rest
 from .shaped_mesh import Grain, grain_of, patch_view, shade_patch, shaped_triangle
 from .structs import LightCluster, LightData, LightMeshData, LightTriangle, SceneData
 from .vector import face_forward
@@ -47,6 +47,10 @@ def cluster_view(cluster: LightCluster, is_double_sided: int, position: wp.vec3,
     distance = wp.length(center)
     if distance <= cluster.radius:
         return CUT_UP
+    if cluster.balls > 0:
+        # One acts from any distance as if it were at its centre.
+        is_patch = height >= cluster.radius and (cluster.balls == 1 or cluster.radius < far * distance)
+        return ONE_PATCH if is_patch else CUT_UP
     # Directions to its points are within an angle b of that to its centre, its normals within a of its own: all of it
     # faces the surface where the angle between these two is below 90 degrees - (a + b), or none from 90 + (a + b) on.
     sin_b = cluster.radius / distance
@@ -70,12 +74,15 @@ def cluster_irradiance(cluster: LightCluster, center: wp.vec3) -> wp.vec3:
 
     What a triangle of area vector a at c + p sends is -(c + p) (a . (c + p)) / |c + p|^4. Summed up over its triangles
     the terms without p are those of one patch at the centre; those linear in p need the sum of the products of a and p.
+    A ball shows a quarter of its surface to all sides.
 
     Args:
-        cluster: One that faces the surface as a whole, by either side.
+        cluster: One that faces the surface as a whole, by either side, or that consists of balls.
         center: Its centre, from the surface.
     """
     d2 = wp.length_sq(center)
+    if cluster.balls > 0:
+        return center * (0.25 * cluster.size / (d2 * wp.sqrt(d2)))
     m = cluster.moment
     seen = wp.dot(cluster.area, center)
     along = wp.dot(m * center, center)
@@ -169,8 +176,12 @@ def whole_cluster(
     center = cluster.center - position
     part = VisiblePart()
     part.irradiance = cluster_irradiance(cluster, center)
-    part.normal = cluster.area
-    part.center = middle_of(scene.light_triangles[mesh.offset + cluster.middle]) - position
+    if cluster.balls > 0:
+        part.center = front_of_ball(scene.light_clusters[ball_around(mesh, cluster.middle)], position)
+        part.normal = -part.center
+    else:
+        part.center = middle_of(scene.light_triangles[mesh.offset + cluster.middle]) - position
+        part.normal = cluster.area
     if (light.varies & VARIED) != 0:
         shade_patch(scene, light, n, center, part)
     part.free_sides = cluster.free_sides

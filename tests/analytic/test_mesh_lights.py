@@ -307,6 +307,29 @@ def test_a_sphere_that_shines_is_a_sphere_light(place: tuple[float, float], samp
     np.testing.assert_allclose(found[0], found[1], rtol=0.02 if samples else 2e-3)
 
 
+@pytest.mark.parametrize("shaping", ["", "float inputs:shaping:focus = 2\nfloat inputs:shaping:cone:angle = 180"])
+def test_many_points_are_balls(shaping: str) -> None:
+    """E = sum of pi L r^2 cos / d^2, of balls above the horizon at any distance; focus is about -Z. One has no size."""
+    random = np.random.default_rng(2)
+    centers = random.uniform((-3, -3, 1), (3, 3, 2.5), (300, 3)).round(3)
+    widths = random.uniform(0.01, 0.06, 300).round(3)
+    widths[0] = 0.0
+    points = f"point3f[] points = {[tuple(c) for c in centers.tolist()]}\nfloat[] widths = {widths.tolist()}"
+    body = f"{points}\nfloat inputs:intensity = 5\nbool inputs:shadow:enable = 0\n{shaping}"
+    stage = Usd.Stage.CreateInMemory()
+    text = f'def Points "P" (prepend apiSchemas = ["LightAPI", "ShadowAPI"]) {{\n{body}\n}}'
+    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{FLOOR}\n{text}")
+    scene = load_scene(stage)
+    for place in PLACES:
+        to_center = centers - (*place, 0.0)
+        d = np.linalg.norm(to_center, axis=1)
+        cosine = to_center[:, 2] / d
+        factor = cosine**2 if shaping else 1.0
+        expected = 5 * (np.pi * (widths / 2) ** 2 * factor * cosine / d**2).sum() / np.pi
+        got = radiance(scene, parallel((*place, 0.5)))[0]
+        assert got == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6])
 def test_a_mesh_behind_itself_is_two_lights(roughness: float) -> None:
     """Without shadows both layers shine through: samples by the lobe, which meet the nearest alone, leave none out."""

@@ -10,6 +10,12 @@ import pytest
 from warp_rt.upload.light_clusters import leaf_count, light_clusters
 
 
+def test_those_of_balls_are_told() -> None:
+    corners = np.random.default_rng(0).uniform(-1, 1, (12, 3, 3))
+    clusters = light_clusters(corners, np.zeros(12, np.int32), np.arange(12, dtype=np.int32) // 4, 4)
+    assert clusters["balls"].tolist() == [0, 2, 2, 2, 1, 1, 1, 1, *[0] * 8]
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 13])
 def test_each_holds_its_triangles(count: int) -> None:
     corners = np.random.default_rng(count).uniform(-1, 1, (count, 3, 3)) + 100

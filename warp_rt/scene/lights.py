@@ -104,6 +104,8 @@ class Light:
     triangles: np.ndarray | None = None
     """Of a mesh light: float32, shape [n, 3, 3], its own space, wound as seen from outside. Rays meet the mesh that is
     drawn there, and not these."""
+    ball_triangles: int = 0
+    """So many triangles in a row stand for a ball, and the next ones for the next; 0: they stand for nothing else."""
     is_double_sided: bool = False
     """Whether a mesh light shines inwards, too."""
     is_closed: bool = False

@@ -18,13 +18,14 @@ def leaf_count(triangles: int) -> int:
     return 1 << (triangles - 1).bit_length()
 
 
-def light_clusters(corners: np.ndarray, free_sides: np.ndarray, bodies: np.ndarray) -> np.ndarray:
+def light_clusters(corners: np.ndarray, free_sides: np.ndarray, bodies: np.ndarray, ball_leaves: int = 0) -> np.ndarray:
     """Return the clusters of a mesh light: of ``LightCluster``, shape [``leaf_count``], the root at 1, none at 0.
 
     Args:
         corners: Of its triangles, wound as seen from outside, neighbours in order: float64, shape [n, 3, 3], n > 0.
         free_sides: ``LightTriangle.free_sides`` of each: int32, shape [n].
         bodies: ``LightTriangle.body``, likewise.
+        ball_leaves: So many triangles in a row, a power of two, stand for a ball; 0: they do not.
     """
     leaves = leaf_count(len(corners))
     table = np.zeros(leaves, LightCluster.numpy_dtype())
@@ -58,6 +59,8 @@ def light_clusters(corners: np.ndarray, free_sides: np.ndarray, bodies: np.ndarr
         rows["free_sides"] = np.bitwise_and.reduce(free_sides.reshape(count, -1), axis=1)
         own = bodies.reshape(count, -1)
         rows["body"] = np.where((own == own[:, :1]).all(axis=1), own[:, 0], -1)
+        if ball_leaves and span >= ball_leaves:
+            rows["balls"] = 1 if span == ball_leaves else 2
         rows["middle"] = np.minimum(np.arange(count) * span + span // 2, leaves - padding - 1)
         count *= 2
     return table

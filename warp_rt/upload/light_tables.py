@@ -139,11 +139,14 @@ class LightTables:
         if light.triangles is None:
             return -1
         linear = light.world_from_light[:3, :3]
-        parts = np.zeros(len(light.triangles), np.int64)
-        if light.drawn_by is not None:
-            parts = connected_parts(light.triangles)
-        order = _along_a_curve(light.triangles.mean(axis=1), parts)
-        corners = light.triangles[order] @ linear.T + (light.world_from_light[:3, 3] - origin)
+        triangles, parts, ball_leaves = light.triangles, np.zeros(len(light.triangles), np.int64), 0
+        if light.ball_triangles and _is_even(linear):
+            triangles, ball_leaves = _padded_balls(triangles, light.ball_triangles)
+            parts = np.repeat(np.arange(len(triangles) // ball_leaves), ball_leaves)
+        elif light.drawn_by is not None:
+            parts = connected_parts(triangles)
+        order = _along_a_curve(triangles.mean(axis=1), parts)
+        corners = triangles[order] @ linear.T + (light.world_from_light[:3, 3] - origin)
         sides = corners[:, 1:] - corners[:, :1]
         if np.linalg.det(linear) < 0:  # a mirroring turns the winding round
             sides = sides[:, ::-1]
@@ -153,7 +156,8 @@ class LightTables:
         wound = corners[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides], axis=1)
         table["free_sides"], table["body"] = BOTH_SIDES, -1
         if light.drawn_by is not None:
-            table["free_sides"], table["body"] = free_sides_of(wound), convex_bodies(wound, parts[order])
+            table["free_sides"] = free_sides_of(wound)
+            table["body"] = parts[order] if ball_leaves else convex_bodies(wound, parts[order])
         self.meshes.append(
             {
                 "offset": sum(map(len, self.triangles)),
@@ -163,10 +167,11 @@ class LightTables:
                 "is_closed": light.is_closed,
                 "leaves": leaf_count(len(table)),
                 "clusters": sum(map(len, self.clusters)),
+                "ball_bits": max(ball_leaves.bit_length() - 1, 0),
             }
         )
         self.triangles.append(table)
-        self.clusters.append(light_clusters(wound, table["free_sides"], table["body"]))
+        self.clusters.append(light_clusters(wound, table["free_sides"], table["body"], ball_leaves))
         return len(self.meshes) - 1
 
     def profile_numbers(self) -> np.ndarray:
@@ -180,6 +185,25 @@ class LightTables:
             self._numbers += [profile.vertical, profile.horizontal, profile.values.reshape(-1)]
             self._number_count += len(profile.vertical) + len(profile.horizontal) + profile.values.size
         return offset
+
+
+def _is_even(linear: np.ndarray) -> bool:
+    """Return whether a linear map, shape [3, 3], leaves balls what they are."""
+    sizes = np.linalg.svd(linear, compute_uv=False)
+    return bool(sizes[0] <= (1 + 1e-4) * sizes[2])
+
+
+def _padded_balls(triangles: np.ndarray, each: int) -> tuple[np.ndarray, int]:
+    """Return balls' triangles with ones without area, so that each ball has a power of two of them, and that.
+
+    Args:
+        triangles: Shape [n * ``each``, 3, 3], ball after ball.
+        each: Of a ball.
+    """
+    leaves = leaf_count(each)
+    balls = triangles.reshape(-1, each, 3, 3)
+    points = np.repeat(np.repeat(balls[:, :1, :1], leaves - each, axis=1), 3, axis=2)
+    return np.concatenate([balls, points], axis=1).reshape(-1, 3, 3), leaves
 
 
 def _along_a_curve(points: np.ndarray, parts: np.ndarray) -> np.ndarray:

@@ -285,6 +285,7 @@ def _read_shape(
         image=image,
         is_srgb=is_srgb,
         triangles=mesh.triangles if mesh else None,
+        ball_triangles=mesh.ball_triangles if mesh else 0,
         glows=mesh is not None and bool(mesh.glow.colors.any()),
         profile=profile,
         profile_angle_scale=attributes.number("inputs:shaping:ies:angleScale", 0.0) if profile else 0.0,

@@ -14,7 +14,7 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, Shapes, Texture
+from warp_rt.scene import Image, Input, Instances, Material, MaterialModel, Mesh, ShapeKind, Shapes, Texture
 from warp_rt.usd import implicit
 from warp_rt.usd.glow import Glow, glow_of
 from warp_rt.usd.questions import get_type_name
@@ -31,6 +31,8 @@ class ShiningMesh:
     """Area of the geometry by that of the triangles: below 1 where these stand out of a curved shape."""
     is_closed: bool
     """Whether it bounds a volume."""
+    ball_triangles: int
+    """How many of the triangles stand for a ball, each so many in a row; 0: they do not."""
     is_solid: bool
     """Whether it is a curved shape, which has no side but its outside."""
     glow: Glow
@@ -146,7 +148,13 @@ class MeshLightReader:
             return None
         colors = np.concatenate([part.glow.colors for part in found])
         glow = Glow(colors, any(part.glow.is_mean for part in found))
-        return replace(found[0], triangles=np.concatenate([part.triangles for part in found]), glow=glow)
+        each = {part.ball_triangles for part in found}
+        return replace(
+            found[0],
+            triangles=np.concatenate([part.triangles for part in found]),
+            ball_triangles=each.pop() if len(each) == 1 else 0,
+            glow=glow,
+        )
 
     def _shining(self, row: int, light_from_mesh: np.ndarray, is_shaped: bool) -> ShiningMesh | None:
         """Return what shines of an instance; None of curves, and of more than ``MOST`` points."""
@@ -155,7 +163,9 @@ class MeshLightReader:
             if mesh.kind not in SOLIDS or len(mesh.points) > MOST:
                 return None
             triangles, density = enclosing_triangles(mesh, light_from_mesh, is_shaped=is_shaped)
+            ball_triangles = _per_ball(mesh, light_from_mesh, len(triangles))
         else:
+            ball_triangles = 0
             triangles = placed_triangles(mesh.points[mesh.triangles].astype(float), light_from_mesh)
             triangles, density = triangles.astype(np.float32), 1.0
         sides = triangles[:, 1:] - triangles[:, :1]
@@ -166,7 +176,18 @@ class MeshLightReader:
         values = {name: rows[row] for name, rows in self._instances.primvars.items()}
         constants = {name: value for name, value in values.items() if not np.isnan(value).any()}
         glow = glow_of(mesh, materials, constants, self._textures, self._images, areas)
-        return ShiningMesh(triangles, density, mesh.is_closed, isinstance(mesh, Shapes), glow)
+        is_solid = isinstance(mesh, Shapes)
+        return ShiningMesh(triangles, density, mesh.is_closed, ball_triangles, is_solid, glow)
+
+
+def _per_ball(shapes: Shapes, matrix: np.ndarray, count: int) -> int:
+    """Return how many of ``count`` triangles stand for each of some shapes under a matrix; 0: these are no balls."""
+    scales = matrix[:3, :3].T @ matrix[:3, :3]
+    is_even = np.allclose(scales, np.eye(3) * scales[0, 0], rtol=0, atol=1e-4 * scales[0, 0])
+    balls = int(np.count_nonzero(shapes.radii.max(axis=1)))
+    if shapes.kind != ShapeKind.SPHERE or shapes.is_inside_out or not is_even or not balls:
+        return 0
+    return 0 if count % balls else count // balls
 
 
 def _lamp(radiance: tuple[float, float, float]) -> Material:

@@ -39,9 +39,10 @@ def enclosing_triangles(shapes: Shapes, local_from_shapes: np.ndarray, *, is_sha
     triangles = np.concatenate([_solid(shapes, row, steps, turns) for row in range(len(shapes.points))])
     if shapes.is_inside_out:
         triangles = triangles[:, [0, 2, 1]]
-    # One of many is enough: they are alike but for their size.
-    first = [_solid(shapes, 0, *cut) for cut in ((steps, turns), _EXACT)]
-    area, exact = (_area(placed_triangles(part, local_from_shapes)) for part in first)
+    # One of many is enough: they are alike but for their size, which may be none.
+    largest = int(shapes.radii.max(axis=1).argmax())
+    same = [_solid(shapes, largest, *cut) for cut in ((steps, turns), _EXACT)]
+    area, exact = (_area(placed_triangles(part, local_from_shapes)) for part in same)
     return placed_triangles(triangles, local_from_shapes).astype(np.float32), exact / area if area > 0 else 1.0
 
 
