@@ -10,6 +10,8 @@ from pxr import Usd
 
 from warp_rt.usd.questions import get_authored_property_names, get_property_names
 
+_PRIMVARS = "primvars:"
+_INDICES = ":indices"
 _BINDINGS = ("material:binding", "skel:skeleton", "skel:animationSource")
 
 
@@ -20,6 +22,8 @@ class Authored:
     names: frozenset[str]
     primvars: tuple[str, ...]
     """Those of primvars."""
+    primvar_names: tuple[tuple[str, str, str], ...]
+    """Of each of these that holds no indices: the attribute's name, the primvar's, that of its indices or nothing."""
     bindings: tuple[str, ...]
     """Those of relationships that hold for all prims below."""
     operations: tuple[str, ...]
@@ -50,9 +54,15 @@ class AuthoredReader:
         """Return the record of prims that author properties of these names."""
         authored = self._known.get(names)
         if authored is None:
+            primvars = tuple(name for name in names if name.startswith(_PRIMVARS))
             authored = self._known[names] = Authored(
                 frozenset(names),
-                tuple(name for name in names if name.startswith("primvars:")),
+                primvars,
+                tuple(
+                    (name, name.removeprefix(_PRIMVARS), name + _INDICES if name + _INDICES in primvars else "")
+                    for name in primvars
+                    if not name.endswith(_INDICES)
+                ),
                 tuple(name for name in names if name.startswith(_BINDINGS)),
                 tuple(name for name in names if name.startswith("xformOp:")),
             )

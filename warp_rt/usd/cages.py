@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd, Vt
+from pxr import Vt
 
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
@@ -20,13 +20,15 @@ from warp_rt.triangulate import triangulate
 from warp_rt.usd.arrays import concatenated
 from warp_rt.usd.polygons import MAX_COORDINATE, Polygons, drawable_polygons, smooth_normals
 from warp_rt.usd.primvars import Layout
+from warp_rt.usd.sources import Source
 from warp_rt.usd.volumes import enclose_volumes
 
 
 class Cage(NamedTuple):
     """A mesh as its arrays say it; there are points and faces."""
 
-    prim: Usd.Prim
+    source: Source
+    """With the skin that fits it."""
     points: np.ndarray | Vt.Vec3fArray
     """float32, shape [n, 3]."""
     counts: np.ndarray | Vt.IntArray
@@ -37,8 +39,12 @@ class Cage(NamedTuple):
     """n, f and c."""
     holes: np.ndarray | None
     """bool, shape [f], which faces are not drawn; None: all are."""
+    scheme: str
+    """Of its subdivision."""
     is_smooth: bool
     """Whether it has normals that change smoothly over its faces."""
+    is_refined: bool
+    """Whether it is the cage of a surface that is drawn instead."""
 
 
 class CutMesh(NamedTuple):
@@ -132,7 +138,11 @@ def join_cages(cages: Sequence[Cage], report: Report) -> JoinedCages:
         points = np.where(is_usable[:, None], points, np.float32(0))
         parts = [
             drawable_polygons(
-                is_usable[own], np.asarray(cage.counts), np.asarray(cage.indices), str(cage.prim.GetPath()), report
+                is_usable[own],
+                np.asarray(cage.counts),
+                np.asarray(cage.indices),
+                str(cage.source.prim.GetPath()),
+                report,
             )
             if damaged
             else _all_polygons(np.asarray(cage.counts), indices)

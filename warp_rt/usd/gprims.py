@@ -6,15 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Instances, Mesh, Shapes
 from warp_rt.usd.authored import Authored, AuthoredReader
-from warp_rt.usd.bindings import extend_bindings
+from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.context import Context
 from warp_rt.usd.displacements import DisplacementReader, Move
 from warp_rt.usd.draw_modes import StandIn
@@ -55,19 +55,10 @@ class Gprims:
         return of_mesh[self.mesh[rows]]
 
 
-class _Listed(NamedTuple):
-    """A prim that is drawn."""
-
-    prim: Usd.Prim
-    path: Sdf.Path
-    source: int
-    """Row of the sources of geometry."""
-    context: Context
-    """What its children have from it."""
-    materials: tuple[int, ...] = ()
-    """Those that it has whatever is bound; empty: none."""
-    object_from_local: np.ndarray | None = None
-    """Of a unit shape, float64, shape [4, 4]."""
+_Listed: TypeAlias = tuple[Usd.Prim, str, int, Context, tuple[int, ...], np.ndarray | None]
+"""A prim that is drawn, its path, the row of its source, what its children have from it, the materials that it has
+whatever is bound (empty: none), and its object from local where it is a unit shape: float64, shape [4, 4]. (With names
+it would take five times as long to make.)"""
 
 
 class GprimReader:
@@ -120,30 +111,32 @@ class GprimReader:
             has_children: Whether there are prims below it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
-        path = get_path(prim)
-        key = prim.GetPrimInPrototype().GetPath() if context.is_proxy and skin is None else path
+        path = str(get_path(prim))
+        key = str(prim.GetPrimInPrototype().GetPath()) if context.is_proxy and skin is None else path
         time, carried_to = self._time, None
         if "velocities" in authored.names:
             time, carried_to = read_times(prim, time, self._base_time, self._report)
         level = context.level
         if level is None:
-            level = self._levels.get(str(path), self._level) if self._levels else self._level
+            level = self._levels.get(path, self._level) if self._levels else self._level
         has_space = context.may_have_color_space
-        source = Source(prim, authored, skin, time, carried_to, level, kind, has_children, has_space)
-        return self._add(prim, path, (key, level), source, context)
+        # Its fields by name would take twice as long, for every prim.
+        fields = (prim, authored, skin, time, carried_to, level, kind, has_children, has_space)
+        return self._add(prim, path, (key, level), tuple.__new__(Source, fields), context)
 
     def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
-        return self._add(prim, get_path(prim), shape.key, shape, context, object_from_local=shape.local_from_unit)
+        path = str(get_path(prim))
+        return self._add(prim, path, shape.key, shape, context, object_from_local=shape.local_from_unit)
 
     def add_stand_in(self, prim: Usd.Prim, context: Context, stand_in: StandIn) -> int:
         """List a model that is replaced; return its row."""
-        return self._add(prim, get_path(prim), stand_in.key, stand_in, context, stand_in.materials)
+        return self._add(prim, str(get_path(prim)), stand_in.key, stand_in, context, stand_in.materials)
 
     def _add(
         self,
         prim: Usd.Prim,
-        path: Sdf.Path,
+        path: str,
         key: object,
         source: Source | Shape | StandIn,
         context: Context,
@@ -153,7 +146,7 @@ class GprimReader:
         row = self._rows.setdefault(key, len(self._sources))
         if row == len(self._sources):
             self._sources.append(source)
-        self._listed.append(_Listed(prim, path, row, context, materials, object_from_local))
+        self._listed.append((prim, path, row, context, materials, object_from_local))
         return len(self._listed) - 1
 
     def read(self) -> Gprims:
@@ -165,21 +158,24 @@ class GprimReader:
         prims: dict[tuple[str, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
         spaces: dict[int, np.ndarray] = {}
-        for listed in self._listed:
-            source = sources[listed.source]
+        no_names: frozenset[str] = frozenset()
+        for prim, path, row, context, fixed, object_from_local in self._listed:
+            source = sources[row]
             if source is None:
                 rows.append((-1, -1, -1))
                 continue
-            bound = listed.materials or self._bind(listed, source)
-            move = self._move(listed, source, bound) if self._displacements.concern(bound) else None
-            key = listed.source if move is None else (listed.source, *move.key)
+            bound = fixed or self._bind(prim, context.bindings, source)
+            move = None
+            if self._displacements.concern(bound):
+                move = self._move(prim, row, context, source, bound)
+            key = row if move is None else (row, *move.key)
             mesh = meshes.setdefault(key, len(meshes))
             if len(meshes) > len(drawn):
                 drawn.append(source.mesh if move is None else self._displacements.apply(source.mesh, move))
-            prim = prims.setdefault((str(listed.path), listed.context.tail_start), len(prims))
-            if listed.object_from_local is not None:
-                spaces[prim] = listed.object_from_local
-            rows.append((mesh, prim, material_sets.setdefault(bound, len(material_sets))))
+            number = prims.setdefault((path, context.tail_start), len(prims))
+            if object_from_local is not None:
+                spaces[number] = object_from_local
+            rows.append((mesh, number, material_sets.setdefault(bound, len(material_sets))))
         of_mesh, of_prim, of_materials = np.array(rows, np.int32).reshape(-1, 3).T.copy()
         return Gprims(
             meshes=tuple(drawn),
@@ -189,7 +185,7 @@ class GprimReader:
             mesh=of_mesh,
             prim=of_prim,
             materials=of_materials,
-            primvars=tuple(frozenset(one.primvars) for one in drawn),
+            primvars=tuple(frozenset(one.primvars) if one.primvars else no_names for one in drawn),
             object_from_local=spaces,
         )
 
@@ -197,10 +193,12 @@ class GprimReader:
         """Report what instances say of heights in vain: see ``DisplacementReader.report_unreached``."""
         self._displacements.report_unreached(instances, prims)
 
-    def _move(self, listed: _Listed, source: MeshSource, materials: tuple[int, ...]) -> Move | None:
-        held = self._sources[listed.source]
+    def _move(
+        self, prim: Usd.Prim, row: int, context: Context, source: MeshSource, materials: tuple[int, ...]
+    ) -> Move | None:
+        held = self._sources[row]
         level = held.level if isinstance(held, Source) else None
-        return self._displacements.read(listed.prim, source.mesh, level, materials, listed.context.constants)
+        return self._displacements.read(prim, source.mesh, level, materials, context.constants)
 
     def _read_sources(self) -> list[MeshSource | None]:
         rows = [row for row, source in enumerate(self._sources) if isinstance(source, Source)]
@@ -213,16 +211,14 @@ class GprimReader:
                 found[row] = MeshSource(source.geometry)
         return [found[row] for row in range(len(self._sources))]
 
-    def _bind(self, listed: _Listed, source: MeshSource) -> tuple[int, ...]:
+    def _bind(self, prim: Usd.Prim, bindings: Bindings, source: MeshSource) -> tuple[int, ...]:
         """Return the materials of a mesh's slots."""
-        row = self._materials.bind(listed.prim, listed.context.bindings)
+        row = self._materials.bind(prim, bindings)
         if not source.subsets:
             return (row,)
         rows = [row]
         for name in source.subsets:
-            subset = listed.prim.GetChild(name)
-            said = extend_bindings(
-                listed.context.bindings, subset, self._authored.read(subset, has_clips=False).bindings
-            )
+            subset = prim.GetChild(name)
+            said = extend_bindings(bindings, subset, self._authored.read(subset, has_clips=False).bindings)
             rows.append(self._materials.bind(subset, said))
         return tuple(rows)

@@ -118,10 +118,11 @@ class MaterialReader:
             bindings: What they say; None: they are read.
         """
         said = read_bindings(prim) if bindings is None else bindings
-        if not said:
-            return self.display_color()
         row = self._bound.get(said)
         if row is not None:
+            return row
+        if not said:
+            row = self._bound[said] = self.display_color()
             return row
         self._warn_malformed(prim, said)
         material, relationship = bound_material(prim, self._purposes)

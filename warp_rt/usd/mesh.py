@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pxr import Tf, Usd, UsdGeom, Vt
@@ -40,18 +40,9 @@ _SCHEMES = (*SUBDIVISION_SCHEMES, "none")
 ORIENTATIONS = ("rightHanded", "leftHanded")
 _NORMALS = ("normals", "primvars:normals")
 _TURNING = (*_NORMALS, "orientation")
+_VECTORS, _INTEGERS = Vt.Vec3fArray, Vt.IntArray
 _SMALL = 1 << 12  # elements of an array up to which it stays USD's until it is joined with others
 _JOINED_CORNERS = 1 << 14  # of meshes that are cut together: what is computed on the way stays in the cache
-
-
-class _Mesh(NamedTuple):
-    """A mesh of which all is read that its triangles are cut from."""
-
-    source: Source
-    """With the skin that fits it."""
-    cage: Cage
-    scheme: str
-    is_refined: bool
 
 
 def read_meshes(sources: Sequence[Source], report: Report) -> list[MeshSource | None]:
@@ -68,142 +59,150 @@ def read_meshes(sources: Sequence[Source], report: Report) -> list[MeshSource | 
     Raises:
         LimitError: One would have more faces than can be meant.
     """
-    found: list[MeshSource | None] = []
-    for group in _read_groups(sources, report):
-        shapes = iter(_cut([mesh for mesh in group if mesh is not None and not mesh.is_refined], report))
-        drawn: list[tuple[_Mesh, CutMesh] | None] = []
-        for mesh in group:
-            if mesh is None:
-                drawn.append(None)
-                continue
-            try:
-                shape = _refine(mesh, report) if mesh.is_refined else next(shapes)
-                drawn.append((mesh, shape) if len(shape.layout.triangles) else None)
-            except Tf.ErrorException as error:
-                report_unreadable(mesh.source.prim, error, report)
-                drawn.append(None)
-        finished = iter(_finish([one for one in drawn if one is not None], report))
-        found.extend(None if one is None else next(finished) for one in drawn)
+    found: list[MeshSource | None] = [None] * len(sources)
+    for rows, cages in _read_groups(sources, report):
+        drawn = [
+            (row, cage, shape)
+            for row, cage, shape in zip(rows, cages, _cut(cages, report), strict=True)
+            if shape is not None and len(shape.layout.triangles)
+        ]
+        finished = _finish([cage for _, cage, _ in drawn], [shape for _, _, shape in drawn], report)
+        for (row, _, _), mesh in zip(drawn, finished, strict=True):
+            found[row] = mesh
     return found
 
 
-def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[list[_Mesh | None]]:
-    """Yield meshes in groups that are cut together; None where there is nothing to draw."""
-    group: list[_Mesh | None] = []
+def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[tuple[list[int], list[Cage]]]:
+    """Yield rows of ``sources`` and their cages, in groups that are cut together, without those that have nothing."""
+    rows: list[int] = []
+    cages: list[Cage] = []
     corner_count = 0
-    for source in sources:
+    for row, source in enumerate(sources):
         try:
-            mesh = _read_mesh(source, report)
+            cage = _read_cage(source, report)
         except Tf.ErrorException as error:
             report_unreadable(source.prim, error, report)
-            mesh = None
-        corners = 0 if mesh is None else mesh.cage.size[2]
+            continue
+        if cage is None:
+            continue
+        corners = cage.size[2]
         corner_count += corners
-        if group and corner_count > _JOINED_CORNERS:
-            yield group
-            group, corner_count = [], corners
-        group.append(mesh)
-    yield group
+        if cages and corner_count > _JOINED_CORNERS:
+            yield rows, cages
+            rows, cages, corner_count = [], [], corners
+        rows.append(row)
+        cages.append(cage)
+    yield rows, cages
 
 
-def _read_mesh(source: Source, report: Report) -> _Mesh | None:
+def _read_cage(source: Source, report: Report) -> Cage | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
     prim, authored, skin, time, carried_to, level, _, _, _ = source
     points: Any = read_points(prim, time, carried_to) if carried_to else get_value(get_attribute(prim, "points"), time)
     counts = get_value(get_attribute(prim, "faceVertexCounts"), time)
     indices = get_value(get_attribute(prim, "faceVertexIndices"), time)
-    size = (-1, -1, -1)
-    if type(points) is Vt.Vec3fArray and type(counts) is type(indices) is Vt.IntArray:
+    is_small = False
+    if type(points) is _VECTORS and type(counts) is type(indices) is _INTEGERS:
         size = len(points), len(counts), len(indices)
-    if not 0 <= max(size) <= _SMALL:
+        is_small = size[0] <= _SMALL and size[1] <= _SMALL and size[2] <= _SMALL
+    if not is_small:
         points = _own_array(points, prim, "points", report)
         counts = _own_array(counts, prim, "faceVertexCounts", report)
         indices = _own_array(indices, prim, "faceVertexIndices", report)
         size = len(points), len(counts), len(indices)
-    point_count, face_count, _ = size
-    if not (point_count and face_count):
+    if not (size[0] and size[1]):
         report.warn(EMPTY, prim.GetPath(), "mesh without points or faces")
         return None
     if skin is not None:
         points, skin = pose(np.asarray(points), skin, prim, report)
         source = source._replace(skin=skin)
-    holes = _read_holes(prim, face_count, time, report) if "holeIndices" in authored.names else None
+    names = authored.names
+    holes = _read_holes(prim, size[1], time, report) if "holeIndices" in names else None
     scheme = _SCHEMES[0]
-    if "subdivisionScheme" in authored.names:
+    if "subdivisionScheme" in names:
         scheme = get_value(get_attribute(prim, "subdivisionScheme"), UNTIMED)
     if scheme not in _SCHEMES:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)
     is_refined = level > 0 and scheme in SUBDIVISION_SCHEMES
-    cage = Cage(prim, points, counts, indices, size, holes, scheme in SMOOTH_SCHEMES)
-    return _Mesh(source, cage, scheme, is_refined)
+    # Its fields by name would take twice as long, for every mesh.
+    cage = (source, points, counts, indices, size, holes, scheme, scheme in SMOOTH_SCHEMES, is_refined)
+    return tuple.__new__(Cage, cage)
 
 
-def _cut(meshes: Sequence[_Mesh], report: Report) -> list[CutMesh]:
-    """Return the triangles of the cages of meshes."""
-    cages = [mesh.cage for mesh in meshes]
-    return cut_cages(cages, join_cages(cages, report)) if cages else []
+def _cut(cages: Sequence[Cage], report: Report) -> list[CutMesh | None]:
+    """Return the triangles of cages, or of the surfaces that they are cages of; None for unreadable ones."""
+    drawn = [cage for cage in cages if not cage.is_refined]
+    shapes = cut_cages(drawn, join_cages(drawn, report)) if drawn else []
+    if len(drawn) == len(cages):
+        return [*shapes]
+    own = iter(shapes)
+    return [_refine(cage, report) if cage.is_refined else next(own) for cage in cages]
 
 
-def _refine(mesh: _Mesh, report: Report) -> CutMesh:
-    """Return the triangles of a subdivision surface, or of its cage where that has none."""
-    joined = join_cages([mesh.cage], report)
-    cage = cut_cages([mesh.cage], joined)[0]
-    if not len(cage.layout.triangles):
-        return cage
-    prim, time = mesh.source.prim, mesh.source.time
-    attributes = AttributeReader(prim, time, INVALID_VALUE, report)
-    topology = _cage_topology(len(cage.points), joined.polygons)
-    surface = read_surface(prim, mesh.source.level, topology, attributes, time, report, scheme=mesh.scheme)
-    if surface is not None:
+def _refine(mesh: Cage, report: Report) -> CutMesh | None:
+    """Return the triangles of a subdivision surface, or of its cage where that has none; None where unreadable."""
+    try:
+        joined = join_cages([mesh], report)
+        cage = cut_cages([mesh], joined)[0]
+        if not len(cage.layout.triangles):
+            return cage
+        prim, time = mesh.source.prim, mesh.source.time
+        attributes = AttributeReader(prim, time, INVALID_VALUE, report)
+        topology = _cage_topology(len(cage.points), joined.polygons)
+        surface = read_surface(prim, mesh.source.level, topology, attributes, time, report, scheme=mesh.scheme)
+        if surface is None:
+            return cage
         shape = _refined_shape(cage, surface, joined.polygons, joined.is_shown)
-        if not len(shape.layout.triangles):
-            message = "interpolateBoundary none leaves no face: all of them are at a boundary"
-            report.warn(EMPTY, prim.GetPath(), message)
-        return shape
-    return cage
+    except Tf.ErrorException as error:
+        report_unreadable(mesh.source.prim, error, report)
+        return None
+    if not len(shape.layout.triangles):
+        message = "interpolateBoundary none leaves no face: all of them are at a boundary"
+        report.warn(EMPTY, prim.GetPath(), message)
+    return shape
 
 
-def _finish(drawn: Sequence[tuple[_Mesh, CutMesh]], report: Report) -> list[MeshSource | None]:
+def _finish(cages: Sequence[Cage], shapes: Sequence[CutMesh], report: Report) -> list[MeshSource | None]:
     """Return the meshes of some triangles, with all that is looked up at their corners; None for unreadable ones."""
-    have_normals = [_may_have_normals(mesh) for mesh, _ in drawn]
-    plain = read_plain_values([mesh.source for mesh, _ in drawn], have_normals, report)
-    found: list[tuple[CutMesh, Primvar | None] | None] = []
-    for (mesh, shape), has_normals, values in zip(drawn, have_normals, plain, strict=True):
-        if mesh.source.authored.names.isdisjoint(_TURNING):
-            found.append((shape, shape.normals))
+    have_normals = [_may_have_normals(cage) for cage in cages]
+    plain = read_plain_values([cage.source for cage in cages], have_normals, report)
+    turned = list(shapes)
+    unreadable = set()
+    for k, cage in enumerate(cages):
+        if cage.source.authored.names.isdisjoint(_TURNING):
             continue
         try:
-            found.append(_with_normals(mesh, shape, has_normals, values.normals, report))
+            turned[k] = _with_normals(cage, shapes[k], have_normals[k], plain[k].normals, report)
         except Tf.ErrorException as error:
-            report_unreadable(mesh.source.prim, error, report)
-            found.append(None)
-    known = iter(hold_throughout([one[1].values for one in found if one and one[1]], _have_length))
+            report_unreadable(cage.source.prim, error, report)
+            unreadable.add(k)
+    held = [(k, normals) for k, shape in enumerate(turned) if (normals := shape.normals) is not None]
+    known = hold_throughout([normals.values for _, normals in held], _have_length)
+    for (k, normals), are_known in zip(held, known, strict=True):
+        if not are_known:
+            shape = turned[k]
+            turned[k] = shape._replace(normals=repair_normals(normals, shape.points, shape.layout.triangles))
     built: list[MeshSource | None] = []
-    for (mesh, _), values, one in zip(drawn, plain, found, strict=True):
-        if one is None:
+    for k, (cage, shape, values) in enumerate(zip(cages, turned, plain, strict=True)):
+        if k in unreadable:
             built.append(None)
             continue
-        shape, normals = one
-        if normals is not None and not next(known):
-            normals = repair_normals(normals, shape.points, shape.layout.triangles)
         try:
-            built.append(_built(mesh.source, shape, normals, values.primvars, report))
+            built.append(_built(cage.source, shape, values.primvars, report))
         except Tf.ErrorException as error:
-            report_unreadable(mesh.source.prim, error, report)
+            report_unreadable(cage.source.prim, error, report)
             built.append(None)
     return built
 
 
-def _may_have_normals(mesh: _Mesh) -> bool:
+def _may_have_normals(cage: Cage) -> bool:
     """Return whether a mesh may have normals that count."""
-    return mesh.scheme == "none" and not mesh.source.authored.names.isdisjoint(_NORMALS)
+    return cage.scheme == "none" and not cage.source.authored.names.isdisjoint(_NORMALS)
 
 
-def _with_normals(
-    mesh: _Mesh, shape: CutMesh, has_normals: bool, plain: PlainRows | None, report: Report
-) -> tuple[CutMesh, Primvar | None]:
-    """Return the triangles of a mesh, the right side out, and their normals, some of which may have no length."""
+def _with_normals(mesh: Cage, shape: CutMesh, has_normals: bool, plain: PlainRows | None, report: Report) -> CutMesh:
+    """Return the triangles of a mesh, the right side out, with its normals, some of which may have no length."""
     prim, authored, skin, time, *_ = mesh.source
     if "orientation" in authored.names:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
@@ -215,17 +214,16 @@ def _with_normals(
             normals = read_normals(UsdGeom.Mesh(prim), shape.layout, time, report)
         if normals is not None and skin is not None:
             normals = pose_normals(normals, shape.layout, skin)
-        return shape, normals
+        return shape._replace(normals=normals)
     if mesh.scheme != "none" and _has_normals(prim, authored.names, time):
         message = f"its normals do not count: the subdivision surface ({mesh.scheme}) has its own"
         report.warn(UNUSED_NORMALS, prim.GetPath(), message)
-    return shape, shape.normals
+    return shape
 
 
 def _built(
     source: Source,
     shape: CutMesh,
-    normals: Primvar | None,
     plain: Sequence[PlainRows | PlainConstant] | None,
     report: Report,
 ) -> MeshSource:
@@ -241,7 +239,7 @@ def _built(
     triangle_slots = None if slots is None else slots[layout.face_ids]
     face_ids = None if shape.is_one_to_one else layout.face_ids
     # By position: names take a third longer, for every mesh.
-    mesh = Mesh(shape.points, layout.triangles, normals, primvars, triangle_slots, face_ids, shape.is_closed)
+    mesh = Mesh(shape.points, layout.triangles, shape.normals, primvars, triangle_slots, face_ids, shape.is_closed)
     return MeshSource(mesh, subsets)
 
 

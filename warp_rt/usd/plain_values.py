@@ -31,8 +31,6 @@ from warp_rt.usd.questions import (
 )
 from warp_rt.usd.sources import Source
 
-_PREFIX = len("primvars:")
-_INDICES = ":indices"
 _NORMALS = "normals"
 _CONSTANT: str = UsdGeom.Tokens.constant
 _COLOR = Sdf.ValueRoleNames.Color
@@ -186,13 +184,10 @@ def _read_primvars(
     """Return primvars, whose values are not looked through yet; None where one is not plain."""
     prim, authored, _, time, _, _, _, _, may_have_color_space = source
     found: list[PlainRows | PlainConstant] = []
-    for name in authored.primvars:
-        if name.endswith(_INDICES):
-            continue
+    for name, base_name, indices_name in authored.primvar_names:
         attribute = get_attribute(prim, name)
         if has_authored_connections(attribute):
             return None
-        base_name = name[_PREFIX:]
         interpolation = get_metadata(attribute, "interpolation") or _CONSTANT
         needed = WIDTHS.get(base_name)
         may_be_color = True
@@ -212,8 +207,8 @@ def _read_primvars(
         if has_space and color_space_of(attribute, report) is not None:
             return None
         indices = None
-        if name + _INDICES in authored.names:
-            indices = get_value(get_attribute(prim, name + _INDICES), time)
+        if indices_name:
+            indices = get_value(get_attribute(prim, indices_name), time)
             if type(indices) is not Vt.IntArray:
                 return None
         elif interpolation == _CONSTANT and len(value) == 1:

@@ -33,7 +33,15 @@ from warp_rt.usd.not_inherited import report_not_inherited
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
-from warp_rt.usd.questions import get_path, get_type_name, has_authored_metadata, is_instance, is_loaded, is_model
+from warp_rt.usd.questions import (
+    get_filtered_children,
+    get_path,
+    get_type_name,
+    has_authored_metadata,
+    is_instance,
+    is_loaded,
+    is_model,
+)
 from warp_rt.usd.schemas import FOREIGN, read_labels, report_ignored, report_meaningless
 from warp_rt.usd.skinning import REST_POSE, Skin, SkinReader
 from warp_rt.usd.sources import report_unreadable
@@ -202,10 +210,10 @@ class StageWalk:
                 return None
             here, skin = heeded
         is_an_instance = may_be_unusual and is_instance(prim)
-        children = here.children(prim)
+        children = get_filtered_children(prim, here.predicate) if here.lod_items is None else here.children(prim)
         passed_on = here
-        if traits.hands_down:
-            has_heirs = is_an_instance or traits.is_instancer or bool(children)
+        has_heirs = is_an_instance or traits.is_instancer or bool(children)
+        if traits.hands_down and (has_heirs or traits.authored.bindings):
             passed_on = hand_down(prim, here, traits.authored, has_heirs, self._time, self._report)
             if has_heirs and not _NOT_INHERITED.isdisjoint(traits.authored.names):
                 report_not_inherited(prim, self._report)
