@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image as PilImage
+from pxr import Usd, UsdLux
 
 import warp_rt
 
@@ -125,3 +126,37 @@ def test_what_is_no_linear_space_with_that_white_is_told(tmp_path: Path, space: 
     np.testing.assert_array_equal(pixels(tmp_path, space)[0], plain)
     (told,) = [d for d in warp_rt.load_scene(tmp_path / "stage.usda").diagnostics if d.code == "W522"]
     assert space in told.message
+
+
+@pytest.mark.parametrize("space", ["", *TO_REC709])
+def test_colours_of_a_light_are_multiplied_in_them_too(space: str) -> None:
+    """A mesh light by its own colour and what its material emits; a sphere light by its colour and temperature."""
+    glow = (0.1, 0.7, 0.3)
+    mesh = f"""def Plane "P" (prepend apiSchemas = ["MeshLightAPI", "MaterialBindingAPI"]) {{
+    color3f inputs:color = {tuple(LIGHT.tolist())}
+    rel material:binding = </M>
+}}
+def SphereLight "L" {{
+    color3f inputs:color = {tuple(LIGHT.tolist())}
+    bool inputs:enableColorTemperature = 1
+    float inputs:colorTemperature = 3000
+}}"""
+    named = f'uniform token renderingColorSpace = "{space}"' if space else ""
+    text = (
+        STAGE.format(
+            space=named,
+            light=(1, 1, 1),
+            diffuse=f" = (0, 0, 0)\ncolor3f inputs:emissiveColor = {glow}",
+            mesh="",
+            image="none.png",
+        )
+        + mesh
+    )
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(text)
+    scene = warp_rt.load_scene(stage)
+    to_rec709 = np.array(TO_REC709.get(space, np.eye(3)))
+    light, *factors = (np.linalg.solve(to_rec709, c) for c in (LIGHT, glow, UsdLux.BlackbodyTemperatureAsRgb(3000)))
+    found = {light.path: light.radiance for light in scene.lights}
+    for path, factor in zip(("/P", "/L"), factors, strict=True):
+        np.testing.assert_allclose(found[path], light * factor, rtol=2e-3, atol=1e-4)

@@ -27,6 +27,7 @@ from warp_rt.usd.dome_layouts import LAYOUTS, Stretch, rotation_and_stretch
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
 from warp_rt.usd.questions import get_type_name
+from warp_rt.usd.rendering_space import product
 
 UNSUPPORTED_LIGHT = "W401"
 IGNORED_FILTER = "W403"
@@ -93,6 +94,7 @@ def read_lights(
     images: Images,
     profiles: ProfileCache,
     meshes: MeshLightReader,
+    from_rec709: np.ndarray | None = None,
 ) -> Sequence[Light | Dome]:
     """Return what a light is: a light or a dome, or a light for each colour that the glow of its geometry has.
 
@@ -106,6 +108,7 @@ def read_lights(
         images: Reads the texture of a dome or a rect light.
         profiles: Reads IES profiles.
         meshes: Finds what shines of geometry.
+        from_rec709: To the primaries that are rendered in, and colours multiplied in, shape [3, 3]; None: Rec. 709's.
     """
     if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
         return ()
@@ -136,9 +139,11 @@ def read_lights(
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
     _report_ignored(prim, attributes, report)
     if kind in _DOMES:
-        dome = _read_dome(prim, kind, matrix, attributes, report, images)
+        dome = _read_dome(prim, kind, matrix, attributes, report, images, from_rec709)
         return () if dome is None else (dome,)
-    light = _read_shape(prim, _KINDS.get(kind, LightKind.MESH), matrix, attributes, report, images, profiles, mesh)
+    emission = _emission(attributes, from_rec709)
+    kind_of_light = _KINDS.get(kind, LightKind.MESH)
+    light = _read_shape(prim, kind_of_light, matrix, emission, attributes, report, images, profiles, mesh)
     if light is None:
         return ()
     if mesh is None or source is None:
@@ -161,13 +166,11 @@ def read_lights(
         report.warn(MEAN_GLOW, path, "its material's emission is computed where rays hit: it does not tint the light")
     elif mesh.glow.is_mean:
         report.warn(MEAN_GLOW, path, "its material does not emit the same everywhere; the mean tints the light there")
-    return [_tinted(light, mesh.triangles[rows], color) for color, rows in mesh.glow.parts()]
-
-
-def _tinted(light: Light, triangles: np.ndarray, color: np.ndarray) -> Light:
-    """Return the light of a part of geometry that emits a colour."""
-    red, green, blue = (float(c) for c in color * light.radiance)
-    return replace(light, triangles=triangles, radiance=(red, green, blue))
+    lights = []
+    for color, rows in mesh.glow.parts():
+        red, green, blue = (float(c) for c in product(from_rec709, color, np.array(light.radiance)))
+        lights.append(replace(light, triangles=mesh.triangles[rows], radiance=(red, green, blue)))
+    return lights
 
 
 def _geometry_of(prim: Usd.Prim) -> Usd.Prim | None:
@@ -193,14 +196,14 @@ def _is_invertible(matrix: np.ndarray) -> bool:
     return bool((scales > 0).all() and abs(np.linalg.det(matrix[:3, :3] / scales)) > 1e-9)
 
 
-def _emission(attributes: AttributeReader) -> np.ndarray:
+def _emission(attributes: AttributeReader, from_rec709: np.ndarray | None) -> np.ndarray:
     """Return intensity * 2^exposure * color * temperature, before normalisation: shape [3]."""
     intensity = attributes.number("inputs:intensity", 1.0)
     exposure = attributes.number("inputs:exposure", 0.0)
     color = np.array(attributes.color("inputs:color", (1.0, 1.0, 1.0)))
     if attributes.truth("inputs:enableColorTemperature", False):
         temperature = attributes.within("inputs:colorTemperature", 6500.0, *_TEMPERATURES, OUT_OF_RANGE)
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(temperature))
+        color = product(from_rec709, color, np.array(UsdLux.BlackbodyTemperatureAsRgb(temperature)))
     with np.errstate(over="ignore"):
         return intensity * np.exp2(exposure) * color
 
@@ -213,6 +216,7 @@ def _read_shape(
     prim: Usd.Prim,
     kind: LightKind,
     matrix: np.ndarray,
+    emission: np.ndarray,
     attributes: AttributeReader,
     report: Report,
     images: Images,
@@ -220,7 +224,6 @@ def _read_shape(
     mesh: ShiningMesh | None,
 ) -> Light | None:
     path = prim.GetPath()
-    emission = _emission(attributes)
     is_normalized = attributes.truth("inputs:normalize", False)
     radius = attributes.within("inputs:radius", 0.5, 0.0, math.inf, OUT_OF_RANGE)
     width = attributes.within("inputs:width", 1.0, 0.0, math.inf, OUT_OF_RANGE)
@@ -356,14 +359,20 @@ def _world_area(
 
 
 def _read_dome(
-    prim: Usd.Prim, kind: str, matrix: np.ndarray, attributes: AttributeReader, report: Report, images: Images
+    prim: Usd.Prim,
+    kind: str,
+    matrix: np.ndarray,
+    attributes: AttributeReader,
+    report: Report,
+    images: Images,
+    from_rec709: np.ndarray | None,
 ) -> Dome | None:
     path = prim.GetPath()
     if kind == "DomeLight_1":
         pole = attributes.token("poleAxis", "scene", ("scene", "Y", "Z"))
         if pole == "Z" or (pole == "scene" and UsdGeom.GetStageUpAxis(prim.GetStage()) == UsdGeom.Tokens.z):
             matrix = matrix @ _Z_POLE
-    radiance = _emission(attributes)
+    radiance = _emission(attributes, from_rec709)
     if not np.isfinite(radiance).all():
         report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
         return None

@@ -154,7 +154,8 @@ def load_stage(
         shining = MeshLightReader(
             meshes, instances, gprims.prims, materials.materials, materials.textures, materials.images
         )
-        lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report)
+        from_rec709 = terms.rendering_from_rec709
+        lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report, from_rec709)
         instances, surfaces = shining.surfaces()
         if collections is not None:
             domes = collections.domes(domes)
@@ -192,8 +193,8 @@ def load_stage(
         source=source,
         time=None if code.IsDefault() else code.GetValue(),
     )
-    if terms.rendering_from_rec709 is not None:
-        scene = RenderingSpace(terms.rendering_from_rec709, materials.mixed).scene(scene)
+    if from_rec709 is not None:
+        scene = RenderingSpace(from_rec709, materials.mixed).scene(scene)
         scene = replace(scene, images=tuple(materials.images))
     if scene.cameras:
         report_hidden(scene.cameras, scene.bounds(), report)
@@ -272,13 +273,14 @@ def _read_lights(
     shining: MeshLightReader,
     time: Usd.TimeCode,
     report: Report,
+    from_rec709: np.ndarray | None,
 ) -> tuple[list[Light], list[Dome]]:
     profiles = ProfileCache(report)
     lights: list[Light] = []
     domes: list[Dome] = []
     for placed in placed_lights:
         try:
-            found = read_lights(placed.prim, placed.matrix, time, report, materials, profiles, shining)
+            found = read_lights(placed.prim, placed.matrix, time, report, materials, profiles, shining, from_rec709)
             receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))
         except Tf.ErrorException as error:
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")

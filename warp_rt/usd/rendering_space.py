@@ -38,6 +38,19 @@ _COLORS = {
 }
 
 
+def product(from_rec709: np.ndarray | None, *colors: np.ndarray) -> np.ndarray:
+    """Return the colour that is, in the primaries that are rendered in, the product of some: shape [3].
+
+    Args:
+        from_rec709: To these, shape [3, 3]; None: they are Rec. 709's.
+        colors: Linear Rec. 709, as the result is, shape [3].
+    """
+    if from_rec709 is None:
+        return np.asarray(np.prod(colors, axis=0))
+    rendered = np.prod([from_rec709 @ color for color in colors], axis=0)
+    return np.asarray(np.linalg.solve(from_rec709, rendered))
+
+
 class RenderingSpace:
     """Takes scenes from linear Rec. 709 to other primaries.
 
