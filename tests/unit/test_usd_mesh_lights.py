@@ -113,6 +113,25 @@ def PointInstancer "Points"
     assert all(light.triangles is not None for light in lights)
 
 
+def test_lights_know_what_draws_them():
+    """Rows of instances, of a prim that is drawn several times, and of others beside it."""
+    more = """
+def PointInstancer "Points"
+{
+    point3f[] positions = [(0, 0, 5), (9, 0, 5)]
+    int[] protoIndices = [0, 0]
+    rel prototypes = </Lamp>
+}
+def Plane "Other" (prepend apiSchemas = ["MeshLightAPI"]) {}
+def Plane "Last" {}
+"""
+    scene = _scene(more=more)
+    for light in scene.lights:
+        paths = {scene.prims[scene.instances.prim[row]] for row in light.drawn_by}
+        assert paths == {"/Other" if light.path == "/Other" else "/Lamp"}
+        assert len(light.drawn_by) == (1 if light.path == "/Other" else 3)
+
+
 def test_shaped_lamps_are_black():
     """What a material emits is the same in all directions."""
     body = 'uniform token light:materialSyncMode = "noMaterialResponse"\nfloat inputs:shaping:focus = 2'

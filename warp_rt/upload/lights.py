@@ -33,10 +33,15 @@ def with_hiding_bodies(scene: Scene, shadows: str) -> list[Light]:
         scene: Has the lights, and what draws them.
         shadows: One of ``warp_rt.options.SHADOWS``: what lets light through.
     """
-    return [light if _hides_itself(light, scene, shadows) else replace(light, drawn_by=None) for light in scene.lights]
+    instances = scene.instances
+    ends = np.append(np.unique(instances.material_offset), len(instances.material_table))
+    return [
+        light if _hides_itself(light, scene, shadows, ends) else replace(light, drawn_by=None) for light in scene.lights
+    ]
 
 
-def _hides_itself(light: Light, scene: Scene, shadows: str) -> bool:
+def _hides_itself(light: Light, scene: Scene, shadows: str, ends: np.ndarray) -> bool:
+    """Return whether parts of a light hide each other; ``ends`` are where instances' rows of materials may end."""
     rows, instances = light.drawn_by, scene.instances
     if rows is None or not light.casts_shadow:
         return False
@@ -47,9 +52,7 @@ def _hides_itself(light: Light, scene: Scene, shadows: str) -> bool:
     if shadows == "opaque":
         return True
     with_whitted = shadows == "transmit"
-    offsets = instances.material_offset
-    ends = np.append(np.unique(offsets), len(instances.material_table))
-    for first in np.unique(offsets[rows]):
+    for first in np.unique(instances.material_offset[rows]):
         slots = instances.material_table[first : ends[np.searchsorted(ends, first, side="right")]]
         if any(scene.materials[slot].lets_light_through(with_whitted=with_whitted) for slot in np.unique(slots)):
             return False

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from pxr import Usd
@@ -70,8 +71,23 @@ class MeshLightReader:
 
     def rows(self, prim: Usd.Prim) -> np.ndarray:
         """Return the rows of the instances that draw a prim: int64, shape [n]; none where it is not drawn."""
-        path = str(prim.GetPath())
-        return np.flatnonzero(np.isin(self._instances.prim, [k for k, name in enumerate(self._prims) if name == path]))
+        rows, starts = self._by_prim
+        found = [rows[starts[k] : starts[k + 1]] for k in self._numbers.get(str(prim.GetPath()), ())]
+        return np.sort(np.concatenate([np.zeros(0, np.int64), *found]))
+
+    @cached_property
+    def _numbers(self) -> dict[str, list[int]]:
+        """The numbers that ``Instances.prim`` has for each path."""
+        numbers: dict[str, list[int]] = {}
+        for number, path in enumerate(self._prims):
+            numbers.setdefault(path, []).append(number)
+        return numbers
+
+    @cached_property
+    def _by_prim(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rows of the instances, prim by prim, and where each prim's begin: its number's row and the next."""
+        prims = self._instances.prim
+        return np.argsort(prims, kind="stable"), np.searchsorted(np.sort(prims), np.arange(len(self._prims) + 1))
 
     def show_as_light(self, prim: Usd.Prim, radiance: Sequence[float]) -> None:
         """Have geometry that shines answer to no light: ``light:materialSyncMode`` is noMaterialResponse.
