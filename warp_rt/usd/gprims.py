@@ -22,7 +22,6 @@ from warp_rt.usd.geometry import read_geometry
 from warp_rt.usd.implicit import Shape, make_shape
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.motion import read_times
-from warp_rt.usd.questions import get_path
 from warp_rt.usd.skinning import Skin
 from warp_rt.usd.sources import MeshSource, Source
 
@@ -98,12 +97,20 @@ class GprimReader:
         """Row of the source with a certain key."""
 
     def add(
-        self, prim: Usd.Prim, kind: str, context: Context, authored: Authored, skin: Skin | None, has_children: bool
+        self,
+        prim: Usd.Prim,
+        path: str,
+        kind: str,
+        context: Context,
+        authored: Authored,
+        skin: Skin | None,
+        has_children: bool,
     ) -> int:
         """List a prim of one of ``geometry.TYPES``; return its row.
 
         Args:
             prim: The prim.
+            path: Its path.
             kind: Its type.
             context: What its children have from it.
             authored: What it authors.
@@ -111,7 +118,6 @@ class GprimReader:
             has_children: Whether there are prims below it.
         """
         # Instances of a mesh share it, but each skeleton makes another one of it.
-        path = str(get_path(prim))
         key = str(prim.GetPrimInPrototype().GetPath()) if context.is_proxy and skin is None else path
         time, carried_to = self._time, None
         if "velocities" in authored.names:
@@ -124,14 +130,13 @@ class GprimReader:
         fields = (prim, authored, skin, time, carried_to, level, kind, has_children, has_space)
         return self._add(prim, path, (key, level), tuple.__new__(Source, fields), context)
 
-    def add_shape(self, prim: Usd.Prim, context: Context, shape: Shape) -> int:
+    def add_shape(self, prim: Usd.Prim, path: str, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""
-        path = str(get_path(prim))
         return self._add(prim, path, shape.key, shape, context, object_from_local=shape.local_from_unit)
 
-    def add_stand_in(self, prim: Usd.Prim, context: Context, stand_in: StandIn) -> int:
+    def add_stand_in(self, prim: Usd.Prim, path: str, context: Context, stand_in: StandIn) -> int:
         """List a model that is replaced; return its row."""
-        return self._add(prim, str(get_path(prim)), stand_in.key, stand_in, context, stand_in.materials)
+        return self._add(prim, path, stand_in.key, stand_in, context, stand_in.materials)
 
     def _add(
         self,

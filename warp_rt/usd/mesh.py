@@ -168,28 +168,28 @@ def _finish(cages: Sequence[Cage], shapes: Sequence[CutMesh], report: Report) ->
     have_normals = [_may_have_normals(cage) for cage in cages]
     plain = read_plain_values([cage.source for cage in cages], have_normals, report)
     turned = list(shapes)
+    normals = [shape.normals for shape in shapes]
     unreadable = set()
     for k, cage in enumerate(cages):
         if cage.source.authored.names.isdisjoint(_TURNING):
             continue
         try:
-            turned[k] = _with_normals(cage, shapes[k], have_normals[k], plain[k].normals, report)
+            turned[k], normals[k] = _with_normals(cage, shapes[k], have_normals[k], plain[k].normals, report)
         except Tf.ErrorException as error:
             report_unreadable(cage.source.prim, error, report)
             unreadable.add(k)
-    held = [(k, normals) for k, shape in enumerate(turned) if (normals := shape.normals) is not None]
-    known = hold_throughout([normals.values for _, normals in held], _have_length)
-    for (k, normals), are_known in zip(held, known, strict=True):
+    held = [(k, one) for k, one in enumerate(normals) if one is not None]
+    known = hold_throughout([one.values for _, one in held], _have_length)
+    for (k, one), are_known in zip(held, known, strict=True):
         if not are_known:
-            shape = turned[k]
-            turned[k] = shape._replace(normals=repair_normals(normals, shape.points, shape.layout.triangles))
+            normals[k] = repair_normals(one, turned[k].points, turned[k].layout.triangles)
     built: list[MeshSource | None] = []
-    for k, (cage, shape, values) in enumerate(zip(cages, turned, plain, strict=True)):
+    for k, (cage, shape, own, values) in enumerate(zip(cages, turned, normals, plain, strict=True)):
         if k in unreadable:
             built.append(None)
             continue
         try:
-            built.append(_built(cage.source, shape, values.primvars, report))
+            built.append(_built(cage.source, shape, own, values.primvars, report))
         except Tf.ErrorException as error:
             report_unreadable(cage.source.prim, error, report)
             built.append(None)
@@ -201,8 +201,10 @@ def _may_have_normals(cage: Cage) -> bool:
     return cage.scheme == "none" and not cage.source.authored.names.isdisjoint(_NORMALS)
 
 
-def _with_normals(mesh: Cage, shape: CutMesh, has_normals: bool, plain: PlainRows | None, report: Report) -> CutMesh:
-    """Return the triangles of a mesh, the right side out, with its normals, some of which may have no length."""
+def _with_normals(
+    mesh: Cage, shape: CutMesh, has_normals: bool, plain: PlainRows | None, report: Report
+) -> tuple[CutMesh, Primvar | None]:
+    """Return the triangles of a mesh, the right side out, and its normals, some of which may have no length."""
     prim, authored, skin, time, *_ = mesh.source
     if "orientation" in authored.names:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
@@ -214,16 +216,17 @@ def _with_normals(mesh: Cage, shape: CutMesh, has_normals: bool, plain: PlainRow
             normals = read_normals(UsdGeom.Mesh(prim), shape.layout, time, report)
         if normals is not None and skin is not None:
             normals = pose_normals(normals, shape.layout, skin)
-        return shape._replace(normals=normals)
+        return shape, normals
     if mesh.scheme != "none" and _has_normals(prim, authored.names, time):
         message = f"its normals do not count: the subdivision surface ({mesh.scheme}) has its own"
         report.warn(UNUSED_NORMALS, prim.GetPath(), message)
-    return shape
+    return shape, shape.normals
 
 
 def _built(
     source: Source,
     shape: CutMesh,
+    normals: Primvar | None,
     plain: Sequence[PlainRows | PlainConstant] | None,
     report: Report,
 ) -> MeshSource:
@@ -239,7 +242,7 @@ def _built(
     triangle_slots = None if slots is None else slots[layout.face_ids]
     face_ids = None if shape.is_one_to_one else layout.face_ids
     # By position: names take a third longer, for every mesh.
-    mesh = Mesh(shape.points, layout.triangles, shape.normals, primvars, triangle_slots, face_ids, shape.is_closed)
+    mesh = Mesh(shape.points, layout.triangles, normals, primvars, triangle_slots, face_ids, shape.is_closed)
     return MeshSource(mesh, subsets)
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 from pxr import Usd
@@ -101,7 +102,9 @@ class GroupBuilder:
             matrix: Group from local, shape [4, 4].
             values: Those that it inherits or that its shared mesh has no room for; what its mesh has itself precedes.
         """
-        self._take(1)
+        self.weight += 1
+        if self.weight > self._limit:
+            self._refuse()
         self._singles.append((gprim, matrix, values))
 
     def add_light(self, light: PlacedPrim) -> None:
@@ -190,7 +193,10 @@ class GroupBuilder:
     def _take(self, count: int) -> None:
         self.weight += count
         if self.weight > self._limit:
-            raise LimitError(f"the stage holds more than {self._limit} instances")
+            self._refuse()
+
+    def _refuse(self) -> NoReturn:
+        raise LimitError(f"the stage holds more than {self._limit} instances")
 
     def _single_rows(self, gprims: Gprims) -> Group:
         gprim = np.array([row for row, _, _ in self._singles], np.int32)

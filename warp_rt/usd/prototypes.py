@@ -57,7 +57,13 @@ class Prototypes:
         self._open: list[Sdf.Path] = []
 
     def add_native_instance(
-        self, prim: Usd.Prim, context: Context, matrix: np.ndarray, builder: GroupBuilder, walk_group: WalkGroup
+        self,
+        prim: Usd.Prim,
+        path: str,
+        context: Context,
+        matrix: np.ndarray,
+        builder: GroupBuilder,
+        walk_group: WalkGroup,
     ) -> None:
         """Copy the group of an instance's prototype.
 
@@ -67,6 +73,7 @@ class Prototypes:
 
         Args:
             prim: The instance.
+            path: Its path.
             context: What its children have from it.
             matrix: Group from prim, float64, shape [4, 4].
             builder: Takes the copy.
@@ -88,8 +95,8 @@ class Prototypes:
         if group is None:
             inside = context._replace(
                 world_from_group=context.world_from_group @ matrix,
-                path_length=len(str(prim.GetPath())),
-                tail_start=len(str(prim.GetPath())),
+                path_length=len(path),
+                tail_start=len(path),
                 primvars=(),
                 constants={},
             )
@@ -98,7 +105,7 @@ class Prototypes:
                 builder.is_absolute = True
             else:
                 self._groups[key] = group
-        builder.add_copy(group, matrix, context.name(prim), context.constants)
+        builder.add_copy(group, matrix, path[context.path_length :], context.constants)
 
     def add_point_instances(
         self, prim: Usd.Prim, context: Context, matrix: np.ndarray, builder: GroupBuilder, walk_group: WalkGroup

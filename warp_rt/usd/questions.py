@@ -14,6 +14,7 @@ UNTIMED = Usd.TimeCode.Default()
 """When what does not vary is read. Given, it saves a tenth of the time that a value takes."""
 
 get_path = Usd.Prim.GetPath
+get_name = Usd.Prim.GetName
 get_authored_type_name = Usd.Prim.GetTypeName
 get_type_info = Usd.Prim.GetPrimTypeInfo
 get_filtered_children = Usd.Prim.GetFilteredChildren

@@ -35,6 +35,7 @@ from warp_rt.usd.primvars import Values, read_constants
 from warp_rt.usd.prototypes import Prototypes
 from warp_rt.usd.questions import (
     get_filtered_children,
+    get_name,
     get_path,
     get_type_name,
     has_authored_metadata,
@@ -131,24 +132,27 @@ class StageWalk:
             raise LimitError(f"{roots[0].GetPath()}: instances nested more than {self._limits.nesting} deep")
         if roots:
             context = context._replace(is_proxy=roots[0].IsInstanceProxy())
-        pending = [(iter(roots), context, _IDENTITY, True)]
+        folder = str(get_path(roots[0]).GetParentPath()).rstrip("/") + "/" if roots else ""
+        pending = [(iter(roots), folder, context, _IDENTITY, True)]
         while pending:
-            siblings, above, place, may_be_unusual = pending[-1]
+            siblings, folder, above, place, may_be_unusual = pending[-1]
             for prim in siblings:
+                # USD takes ten times as long to make a path's text, and keeps it.
+                path = folder + get_name(prim)
                 self._visited += 1
                 if self._visited > self._limits.prims:
-                    raise LimitError(f"{get_path(prim)}: the stage holds more than {self._limits.prims} prims")
+                    raise LimitError(f"{path}: the stage holds more than {self._limits.prims} prims")
                 try:
-                    below = self._visit(prim, above, place, may_be_unusual, builder)
+                    below = self._visit(prim, path, above, place, may_be_unusual, builder)
                 except Tf.ErrorException as error:
                     report_unreadable(prim, error, self._report, "left out with all below it")
                     continue
                 if below is None:
                     continue
-                if get_path(prim).pathElementCount > self._limits.depth:
-                    raise LimitError(f"{get_path(prim)}: prims nested more than {self._limits.depth} deep")
+                if path.count("/") > self._limits.depth:
+                    raise LimitError(f"{path}: prims nested more than {self._limits.depth} deep")
                 children, passed_on, matrix = below
-                pending.append((iter(children), passed_on, matrix, has_unusual_children(prim)))
+                pending.append((iter(children), path + "/", passed_on, matrix, has_unusual_children(prim)))
                 break
             else:
                 pending.pop()
@@ -156,12 +160,13 @@ class StageWalk:
         return builder
 
     def _visit(
-        self, prim: Usd.Prim, above: Context, place: np.ndarray, may_be_unusual: bool, builder: GroupBuilder
+        self, prim: Usd.Prim, path: str, above: Context, place: np.ndarray, may_be_unusual: bool, builder: GroupBuilder
     ) -> tuple[Sequence[Usd.Prim], Context, np.ndarray] | None:
         """Add what a prim draws to the group.
 
         Args:
             prim: The prim.
+            path: Its path.
             above: What it has from those above it.
             place: Group from parent, float64, shape [4, 4].
             may_be_unusual: Whether it may be an instance, a model or not loaded.
@@ -205,7 +210,7 @@ class StageWalk:
                 matrix = place.dot(matrix)
         skin = None
         if not is_ordinary:
-            heeded = self._heed(prim, traits, here, has_own_clips, matrix, may_be_unusual, builder)
+            heeded = self._heed(prim, path, traits, here, has_own_clips, matrix, may_be_unusual, builder)
             if heeded is None:
                 return None
             here, skin = heeded
@@ -221,14 +226,14 @@ class StageWalk:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
                 self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
-        if traits.type.is_boundable and self._is_shown(here):
+        if traits.type.is_boundable and (not (here.purpose or here.hidden_purposes) or self._is_shown(here)):
             if traits.is_geometry:
-                row = self._gprims.add(prim, traits.type.name, passed_on, traits.authored, skin, bool(children))
+                row = self._gprims.add(prim, path, traits.type.name, passed_on, traits.authored, skin, bool(children))
                 builder.add_gprim(row, matrix if skin is None else _posed(matrix, skin), here.constants)
             else:
-                self._draw_other(prim, traits, _posed(matrix, skin), here.constants, passed_on, builder)
+                self._draw_other(prim, path, traits, _posed(matrix, skin), here.constants, passed_on, builder)
         if is_an_instance:
-            self._prototypes.add_native_instance(prim, passed_on, matrix, builder, self._walk_group)
+            self._prototypes.add_native_instance(prim, path, passed_on, matrix, builder, self._walk_group)
             return None
         return (children, passed_on, matrix) if children else None
 
@@ -245,6 +250,7 @@ class StageWalk:
     def _heed(
         self,
         prim: Usd.Prim,
+        path: str,
         traits: Traits,
         here: Context,
         has_own_clips: bool,
@@ -256,6 +262,7 @@ class StageWalk:
 
         Args:
             prim: The prim.
+            path: Its path.
             traits: Its own.
             here: What it has from those above it.
             has_own_clips: Whether it has value clips, which hold values of it and of all below it.
@@ -291,7 +298,7 @@ class StageWalk:
                 )
             if is_replaced(prim, here.draw_mode):
                 if self._is_shown(here):
-                    self._add_stand_in(prim, here, matrix, builder)
+                    self._add_stand_in(prim, path, here, matrix, builder)
                 return None
         skin = None
         if kind in _SKINNED and prim_type.is_boundable and self._is_shown(here):
@@ -300,9 +307,9 @@ class StageWalk:
             elif not SKINNING.isdisjoint(names):
                 self._report.warn(REST_POSE, prim.GetPath(), "no SkelRoot poses it: drawn in its rest pose")
         if prim_type.is_light:
-            builder.add_light(PlacedPrim(prim, _posed(matrix, skin), here.name(prim)))
+            builder.add_light(PlacedPrim(prim, _posed(matrix, skin), path[here.path_length :]))
         elif kind == "Camera":
-            builder.add_camera(PlacedPrim(prim, matrix, here.name(prim)))
+            builder.add_camera(PlacedPrim(prim, matrix, path[here.path_length :]))
         elif kind in RENDER_TYPES:
             self.render_prims.append(str(get_path(prim)))
         elif kind == "GeomSubset":
@@ -323,6 +330,7 @@ class StageWalk:
     def _draw_other(
         self,
         prim: Usd.Prim,
+        path: str,
         traits: Traits,
         matrix: np.ndarray,
         inherited: Values,
@@ -334,7 +342,7 @@ class StageWalk:
         if kind in implicit.TYPES:
             shape = implicit.read_shape(prim, self._time, self._report)
             if shape is not None:
-                row = self._gprims.add_shape(prim, passed_on, shape)
+                row = self._gprims.add_shape(prim, path, passed_on, shape)
                 values = inherited
                 if traits.authored.primvars:
                     values = {**values, **read_constants(prim, self._time, self._report)}
@@ -342,10 +350,13 @@ class StageWalk:
         elif kind not in _NOT_GEOMETRY and not traits.type.is_light:
             self._report.warn(UNSUPPORTED, get_path(prim), f"{kind} is not supported yet: left out")
 
-    def _add_stand_in(self, prim: Usd.Prim, here: Context, matrix: np.ndarray, builder: GroupBuilder) -> None:
+    def _add_stand_in(
+        self, prim: Usd.Prim, path: str, here: Context, matrix: np.ndarray, builder: GroupBuilder
+    ) -> None:
         stand_in = self._stand_ins.read(prim, here.draw_mode, here.card_visibility) if self._stand_ins else None
         if stand_in is not None:
-            builder.add_gprim(self._gprims.add_stand_in(prim, here, stand_in), matrix, {"displayColor": stand_in.color})
+            row = self._gprims.add_stand_in(prim, path, here, stand_in)
+            builder.add_gprim(row, matrix, {"displayColor": stand_in.color})
 
     def _is_shown(self, here: Context) -> bool:
         purpose = here.purpose or "default"
