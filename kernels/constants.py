@@ -299,6 +299,9 @@ of graphics hardware: a ground plane is longer only within 4 degrees of the hori
 ROUGHNESS_MIN = wp.constant(0.001)
 """UsdPreviewSurface's lower bound of roughness (previewSurface.glslfx)."""
 
+INPUT_MAX = wp.constant(2.0**60)
+"""Largest size of an input: beyond all radiance there is, and its square, times the brightest light, is a float32."""
+
 IOR_MIN = wp.constant(0.001)
 """Lower bound of the index of refraction in a reflectance, which has a pole at -1: there it is 0.996."""
 

@@ -5,6 +5,7 @@
 import warp as wp
 
 from .codes import INPUT_COUNT
+from .constants import INPUT_MAX
 from .features import Features, PlainScene
 from .per_type import per_type
 from .program import eval_program
@@ -23,13 +24,23 @@ def pick_channel(value: wp.vec4, channel: int) -> wp.vec4:
     return value
 
 
+@wp.func
+def bounded(value: wp.vec4) -> wp.vec4:
+    """Return what may be computed with: a component that is no number counts as 0, a huge one as the limit."""
+    result = wp.vec4(0.0, 0.0, 0.0, 0.0)
+    for k in range(wp.static(4)):
+        if not wp.isnan(value[k]):
+            result[k] = wp.clamp(value[k], -INPUT_MAX, INPUT_MAX)
+    return result
+
+
 # Out of line, like the next one: constants, by far the most inputs, are then read without it.
 @wp.func(inline=False)
 def eval_primvar_input(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int) -> wp.vec4:
     """Return an input that is a primvar, at a surface point; ``row`` is that of ``SceneData.inputs``."""
     data = scene.inputs[row]
     value = eval_primvar(scene, surface, data.primvar, scene.input_values[row])
-    return pick_channel(wp.cw_mul(value, data.scale) + data.bias, data.channel)
+    return bounded(pick_channel(wp.cw_mul(value, data.scale) + data.bias, data.channel))
 
 
 @wp.func(inline=False)
@@ -39,10 +50,10 @@ def eval_varying_input(
     """Return an input that is no constant, at a surface point; arguments as for the functions around."""
     data = scene.inputs[row]
     if data.program >= 0:
-        return eval_program(scene, surface, data.program, wo, is_averaged)
+        return bounded(eval_program(scene, surface, data.program, wo, is_averaged))
     if data.texture < 0:
         return eval_primvar_input(scene, surface, row)
-    return pick_channel(texture_of(scene, surface, data.texture, is_averaged), data.channel)
+    return bounded(pick_channel(texture_of(scene, surface, data.texture, is_averaged), data.channel))
 
 
 @per_type

@@ -146,7 +146,8 @@ def eval_preview(
     opacity = eval_opacity(scene, surface, material, side, s, features)
     color = input_vec3(scene, surface, material.varying, _DIFFUSE_COLOR, wo, features)
     metallic = wp.clamp(input_float(scene, surface, material.varying, _METALLIC, wo, features), 0.0, 1.0)
-    roughness = wp.max(input_float(scene, surface, material.varying, _ROUGHNESS, wo, features), ROUGHNESS_MIN)
+    roughness = input_float(scene, surface, material.varying, _ROUGHNESS, wo, features)
+    roughness = wp.clamp(roughness, ROUGHNESS_MIN, 1.0)
     ior = input_float(scene, surface, material.varying, _IOR, wo, features)
     one = wp.vec3(1.0, 1.0, 1.0)
     s.specular = preview_f0(
@@ -163,14 +164,15 @@ def eval_preview(
         s.diffuse = s.diffuse * (1.0 - metallic)
     # Exact Fresnel reflectance is 0 at all angles where it is 0 head on; Schlick's would still be 1 at grazing ones.
     s.specular_grazing = s.specular_grazing * wp.min(GRAZING_FADE * max_component(s.specular), 1.0)
-    s.ambient = s.diffuse * input_float(scene, surface, material.varying, _OCCLUSION, wo, features)
+    s.ambient = s.diffuse * wp.clamp(input_float(scene, surface, material.varying, _OCCLUSION, wo, features), 0.0, 1.0)
     s.emission = input_vec3(scene, surface, material.varying, _EMISSIVE_COLOR, wo, features)
     s.alpha = roughness * roughness
     s.coat_f0 = dielectric_f0(ior)
     s.coat = wp.clamp(input_float(scene, surface, material.varying, _COAT, wo, features), 0.0, 1.0) * wp.min(
         GRAZING_FADE * s.coat_f0, 1.0
     )
-    coat_roughness = wp.max(input_float(scene, surface, material.varying, _COAT_ROUGHNESS, wo, features), ROUGHNESS_MIN)
+    coat_roughness = input_float(scene, surface, material.varying, _COAT_ROUGHNESS, wo, features)
+    coat_roughness = wp.clamp(coat_roughness, ROUGHNESS_MIN, 1.0)
     s.coat_alpha = coat_roughness * coat_roughness
     s.has_local = 1
     is_closed = scene.meshes[surface.mesh].is_closed

@@ -13,12 +13,14 @@ import pytest
 import warp as wp
 from pxr import Usd, UsdShade
 
+import warp_rt
 from warp_rt.kernels import constants, op_codes
 from warp_rt.kernels.program import eval_program
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.report import Report
 from warp_rt.scene import Input, Material, MaterialModel, Scene
+from warp_rt.scene.materials import LARGEST_INPUT
 from warp_rt.scene.programs import MAX_REGISTERS, Op, Program, Step
 from warp_rt.upload.device_scene import upload_scene
 from warp_rt.usd.color_spaces import color_space
@@ -292,6 +294,7 @@ def test_host_and_kernels_agree_on_steps() -> None:
     assert {f"OP_{op.name}" for op in Op} == {name for name in vars(op_codes) if name.startswith("OP_")}
     assert all(int(getattr(op_codes, f"OP_{op.name}")) == op for op in Op)
     assert int(constants.REGISTERS) == MAX_REGISTERS
+    assert float(constants.INPUT_MAX) == LARGEST_INPUT
 
 
 def test_what_is_no_number_is_0_step_by_step() -> None:
@@ -441,3 +444,63 @@ def test_a_normal_map_of_the_place_stays_in_the_frame_of_the_surface() -> None:
     assert (material.inputs["normal"].is_world_normal, codes) == (False, [])
     values = run(material.inputs["normal"].program)[:, :3]
     np.testing.assert_allclose(values, 2.0 * perlin_solid_vector(PLACES.astype(float)) - 1.0, atol=1e-4)
+
+
+SURFACE = """#usda 1.0
+def Sphere "Ball" (prepend apiSchemas = ["MaterialBindingAPI"])
+{{
+    rel material:binding = </M>
+}}
+def DomeLight "Sky"
+{{
+}}
+def Material "M"
+{{
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S"
+    {{
+        uniform token info:id = "UsdPreviewSurface"
+        {said}
+        token outputs:surface
+    }}
+    def Shader "P"
+    {{
+        uniform token info:id = "ND_position_vector3"
+        float3 outputs:out
+    }}
+    def Shader "L"
+    {{
+        uniform token info:id = "ND_magnitude_vector3"
+        float3 inputs:in.connect = </M/P.outputs:out>
+        float outputs:out
+    }}
+    def Shader "N"
+    {{
+        uniform token info:id = "ND_multiply_float"
+        float inputs:in1.connect = </M/L.outputs:out>
+        float inputs:in2 = {factor}
+        float outputs:out
+    }}
+}}
+"""
+
+
+def picture(said: str, factor: float = 1.0) -> np.ndarray:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(SURFACE.format(said=said, factor=factor))
+    return warp_rt.render(stage, width=12, height=12, device="cpu")["color"]
+
+
+@pytest.mark.parametrize("name", ["roughness", "clearcoatRoughness", "metallic", "clearcoat", "occlusion"])
+@pytest.mark.parametrize("factor", [3.0, 1e30])
+def test_what_is_computed_beyond_1_counts_as_1(name: str, factor: float) -> None:
+    """Of an input that goes from 0 to 1, as of a constant; nothing is sent out that does not arrive."""
+    coat = "" if name == "clearcoat" else "float inputs:clearcoat = 1"
+    computed = picture(f"{coat}\nfloat inputs:{name}.connect = </M/N.outputs:out>", factor)
+    np.testing.assert_allclose(computed, picture(f"{coat}\nfloat inputs:{name} = 1"), rtol=1e-5, atol=1e-6)
+    assert computed.max() <= 1.0 + 1e-3
+
+
+def test_pictures_of_huge_colours_are_numbers() -> None:
+    assert np.isfinite(picture("color3f inputs:diffuseColor.connect = </M/N.outputs:out>", 3e38)).all()
+    assert np.isfinite(picture("color3f inputs:emissiveColor = (3e38, -3e38, 1)")).all()

@@ -381,3 +381,9 @@ def test_values_of_no_extent_are_not_smeared_over_an_image():
     values, codes = read(nodes + node("N", "ND_ifequal_float", number("in1", 9.0), *lines), SPOTS, count=1)
     np.testing.assert_allclose(values[:, 0], S, atol=1e-3)
     assert codes == ["N938"]
+
+
+def test_constants_beyond_float32_are_told_and_bounded():
+    """1e20 squared, which float32 has not, and which no light comes near."""
+    (value,), codes = read(node("N", "ND_multiply_color3", number("in1", 1e20, 1, -1e20), number("in2", 1e20, 1, 1e20)))
+    assert (value.tolist(), codes) == ([2.0**60, 1.0, -(2.0**60)], ["W303", "W312"])

@@ -12,6 +12,9 @@ import numpy as np
 
 from warp_rt.scene.programs import Program
 
+LARGEST_INPUT = 2.0**60
+"""Size beyond which no input of a surface counts: kernels multiply it, and float32 ends at 2^128."""
+
 
 class MaterialModel(IntEnum):
     """Which illumination a material asks for."""

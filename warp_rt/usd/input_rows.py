@@ -11,13 +11,15 @@ from pxr import Sdf
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
+from warp_rt.scene.materials import LARGEST_INPUT
 from warp_rt.usd.baking import Baked, bake
 from warp_rt.usd.image_cache import ImageCache
 from warp_rt.usd.mixed_texture import mixed_texture
 from warp_rt.usd.program_compiler import compile_program
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
-from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source
+from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, in_float32
 
+OUT_OF_RANGE = "W312"
 LOSSY = "W313"
 BAKED = "N938"
 
@@ -65,7 +67,7 @@ class InputRows:
         """
         value = found.value
         if value is not None:
-            return Input(value=_components(value, count))
+            return Input(value=_components(self._bounded(value, path), count))
         matrix = found.resized(count if found.size != 4 else 4).matrix[:count]
         linear, offset, source = matrix[:, :-1], matrix[:, -1], found.source
         if source is None:
@@ -92,6 +94,14 @@ class InputRows:
         if source.key in self._unknown:
             self.unknown_beyond[row] = self._unknown[source.key]
         return Input(texture=row, channel=channel)
+
+    def _bounded(self, value: tuple[float, ...], path: Sdf.Path) -> tuple[float, ...]:
+        """Return a constant that kernels may compute with; what is larger is told."""
+        largest = max(value, key=abs)
+        if abs(largest) <= LARGEST_INPUT:
+            return value
+        self._report.warn(OUT_OF_RANGE, path, f"is {largest:g}; no more than {LARGEST_INPUT:.3g} counts")
+        return tuple(np.clip(value, -LARGEST_INPUT, LARGEST_INPUT).tolist())
 
     def add(self, texture: Texture) -> int:
         """Return the row of a new texture."""
@@ -184,7 +194,7 @@ def _components(found: tuple[float, ...], count: int) -> tuple[float, float, flo
 
 
 def _vector4(values: np.ndarray) -> Vector4:
-    x, y, z, w = (float(value) for value in values)
+    x, y, z, w = in_float32(values).tolist()
     return (x, y, z, w)
 
 

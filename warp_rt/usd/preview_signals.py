@@ -19,7 +19,7 @@ PREVIEW_SIZES = {name: len(default) for name, default in _DEFAULTS.items()}
 """Components of each input."""
 ONE = Signal.constant((1.0,))
 
-_SHARES = ("metallic", "roughness", "clearcoat", "clearcoatRoughness", "opacity")  # from 0 to 1
+_SHARES = ("metallic", "roughness", "clearcoat", "clearcoatRoughness", "opacity", "occlusion")  # from 0 to 1
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from warp_rt.usd.signals import (
     Signal,
     Source,
     add,
+    in_float32,
     join,
     joined,
     of_surface,
@@ -66,7 +67,8 @@ def compile_program(found: Signal, row: Callable[[Source], int]) -> Program:
         DoesNotFold: It would be too long, or hold too many values at a time.
     """
     compiler = _Compiler(row)
-    return Program(_in_registers(compiler.steps, compiler.signal(found, is_exact=True)))
+    with np.errstate(all="ignore"):  # of constants that steps are made of: see ``Op``
+        return Program(_in_registers(compiler.steps, compiler.signal(found, is_exact=True)))
 
 
 class _Compiler:
@@ -225,7 +227,7 @@ class _Compiler:
 
 
 def _vector4(values: np.ndarray) -> Vector4:
-    x, y, z, w = (float(value) for value in values)
+    x, y, z, w = in_float32(values).tolist()
     return (x, y, z, w)
 
 

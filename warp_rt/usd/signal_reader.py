@@ -141,12 +141,18 @@ class SignalReader:
         return Signal.constant(found)
 
     def _defined(self, node: Node, found: Signal | None) -> Signal | None:
-        """Return what a node gives, with 0, told, where that is no number."""
-        if found is None or found.is_defined:
-            return found
-        message = f"the node {node.id!r} gives what is no number, as of a division by 0: 0 counts"
-        self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), message)
-        return found.defined()
+        """Return what a node gives; what is no number, or none of float32, is told and replaced."""
+        if found is None:
+            return None
+        if not found.is_defined:
+            message = f"the node {node.id!r} gives what is no number, as of a division by 0: 0 counts"
+            self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), message)
+            found = found.defined()
+        if not found.is_in_range:
+            message = f"the node {node.id!r} gives a number beyond 3.4e38, float32's largest, which counts"
+            self._report.warn(UNKNOWN_NODE, node.shader.GetPath(), message)
+            found = found.in_range()
+        return found
 
     def _node(self, node: Node, material: Usd.Prim) -> Signal | None:
         """Return what a node gives.

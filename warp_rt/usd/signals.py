@@ -24,6 +24,14 @@ CHANNELS = 4
 """Components that every source has."""
 
 
+_LARGEST = float(np.finfo(np.float32).max)
+
+
+def in_float32(values: np.ndarray) -> np.ndarray:
+    """Return the nearest numbers within the range of float32, any shape; what is no number stays."""
+    return np.clip(values, -_LARGEST, _LARGEST)
+
+
 class DoesNotFold(Exception):
     """The value is none that a constant, a texture, a primvar or a program has."""
 
@@ -96,6 +104,15 @@ class Signal:
         """Return the signal with 0 in place of components that are no numbers, as a field of them has."""
         rows = np.isfinite(self.matrix).all(axis=1, keepdims=True)
         return Signal(np.where(rows, self.matrix, 0.0), self.source)
+
+    @property
+    def is_in_range(self) -> bool:
+        """Whether float32, in which kernels compute, holds its numbers."""
+        return np.array_equal(self.matrix, in_float32(self.matrix))
+
+    def in_range(self) -> Signal:
+        """Return the signal with the nearest numbers that float32 holds."""
+        return Signal(in_float32(self.matrix), self.source)
 
     def constant_value(self) -> np.ndarray:
         """Return the components of a constant, shape [n].

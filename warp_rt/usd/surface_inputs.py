@@ -12,12 +12,10 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import Input, Texture
 from warp_rt.usd.image_cache import ImageCache
-from warp_rt.usd.input_rows import InputRows, Unknown
+from warp_rt.usd.input_rows import OUT_OF_RANGE, InputRows, Unknown
 from warp_rt.usd.shading_network import WRONG_TYPE
 from warp_rt.usd.signal_reader import SignalReader
 from warp_rt.usd.signals import Signal
-
-OUT_OF_RANGE = "W312"
 
 
 class InputReader:
