@@ -6,8 +6,6 @@ import warp as wp
 
 from .constants import BOX_PADDING, MAX_DIRECTION, MIN_DIRECTION, SLAB_SCALE
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def box_half_area(low: wp.vec3, high: wp.vec3) -> float:

@@ -11,8 +11,6 @@ from .constants import LEAVE_INSTANCE, SHAPE_TEST, WATERTIGHT
 from .intersect_packet import PacketRay, count_triangles, count_triangles_plain, make_packet_ray
 from .intersect_shape import count_shapes
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def count_hits(accel: wp.ref[AccelData], origin: wp.vec3, direction: wp.vec3, t_max: float, stack: Stack) -> int:

@@ -18,8 +18,6 @@ from .intersect_packet import PacketRay, intersect_triangles, make_packet_ray
 from .prefetch import prefetch_child
 from .vector import relative
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class RayInFlight:

@@ -25,8 +25,6 @@ from .ray_set import count_rays
 from .reachable_triangles import reachable_triangles
 from .transform_group import transform_group
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 LANE_COST = wp.constant(2)
 """Rays each against a whole packet that take as long as a triangle against all rays of a group: 13 ns beside 30."""
 

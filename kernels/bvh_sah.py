@@ -12,8 +12,6 @@ from .bvh_references import xyz
 from .bvh_structs import Bin, BuildRange, Reference
 from .constants import MIN_EXTENT, SAH_BINS, SAH_BINS_SMALL, SAH_SMALL_COUNT
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
 
 @wp.func
 def slices_per_unit(work: BuildRange, count: int) -> wp.vec3:

@@ -13,8 +13,6 @@ from .constants import NODE_CHILDREN, NODE_FLOATS, NODE_ORDERS, WIDTH
 from .intersect_packet import VECTOR_TYPES, PacketRay
 from .native import spell_out
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def push(stack: Stack, top: int, code: int, t: float):

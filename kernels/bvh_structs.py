@@ -22,8 +22,6 @@ from the first on; those without a shape have index -1.
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class InstanceRecord:

@@ -14,8 +14,6 @@ from .per_type import per_type
 from .ray_goal import AnyHit, ClosestHit, Goal
 from .traverse_hooks import ends_at_hit, tell_node, tell_packet, tell_shapes
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def transform_ray(instance: InstanceRecord, ray: PacketRay) -> PacketRay:

@@ -10,9 +10,6 @@ from .native import spell_out
 from .ray_group import PREPARE_RAYS, RUN_OF_RAYS, set_group_ray
 from .vector import relative
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
 _LOAD = (
     r"""
     float* lines = (float*)group.data + first;

@@ -23,8 +23,6 @@ from .native import spell_out
 from .prefetch import PREFETCH_CHILD
 from .ray_group import group_vector
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def push_group(stack: GroupStack, top: int, code: int, t: float, rays: wp.uint32):

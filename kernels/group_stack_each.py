@@ -18,9 +18,6 @@ from .native import spell_out
 from .ray_group import group_vector
 from .ray_set import first_ray
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
 _PUSH_OF_EACH = (
     r"""
     const float* lines = (const float*)group.data + first;

@@ -20,8 +20,6 @@ from .ray_structs import RayTask
 from .structs import SceneData
 from .surface import Surface
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 # Rows of GROUP numbers in which surfaces stand: three each of vectors.
 POSITION_ROW = wp.constant(0)
 GEOMETRIC_ROW = wp.constant(3)

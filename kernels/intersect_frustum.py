@@ -7,8 +7,6 @@ Cylinders (equal radii) and cones (one radius 0) are special cases that need no 
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 SIDE = wp.constant(0)
 FIRST_CAP = wp.constant(1)
 LAST_CAP = wp.constant(2)

@@ -23,9 +23,6 @@ from .native import spell_out
 from .ray_group import group_ray, group_vector
 from .ray_set import drop_first, first_ray
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
 _SKIP = r"""
     for (int ray = 0; ray < GROUP; ++ray) {
         const int triangle = ((const int*)triangles.data)[ray];

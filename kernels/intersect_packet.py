@@ -31,8 +31,6 @@ from .intersect_triangle import (
 )
 from .native import spell_out
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class PacketRay:

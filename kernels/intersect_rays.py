@@ -11,8 +11,6 @@ from .constants import AXES_ROW, GROUP, LEAF_FLOATS, LEAF_IDS, SHEAR_ROW
 from .intersect_packet import EDGES, VECTOR_TYPES
 from .native import spell_out
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 _LOAD_BLOCKS = r"""
     const float* lines = (const float*)group.data + first;
     const float* rows = (const float*)leaves.data + (size_t)leaf * LEAF_FLOATS;

@@ -7,8 +7,6 @@ import warp as wp
 from .intersect_frustum import Span, intersect_frustum
 from .intersect_sphere import intersect_sphere
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def intersect_round_cone(

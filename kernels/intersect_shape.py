@@ -19,8 +19,6 @@ from .intersect_round_cone import intersect_round_cone, round_cone_parameter
 from .intersect_sphere import intersect_sphere
 from .intersect_tube import intersect_tube
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def packet_shape(shapes: wp.array[float], leaf: int, lane: int) -> int:

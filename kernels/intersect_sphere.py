@@ -4,8 +4,6 @@
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def intersect_sphere(origin: wp.vec3, direction: wp.vec3, center: wp.vec3, radius: float) -> wp.vec2:

@@ -10,8 +10,6 @@ import warp as wp
 
 from .bounds import widest_axis
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class TriangleHit:

@@ -13,8 +13,6 @@ import warp as wp
 from .constants import TUBE_DEPTH, TUBE_FLATNESS, TUBE_NEAR, TUBE_STEPS
 from .vector import perpendicular_frame
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def bezier_blossom(c0: wp.vec4, c1: wp.vec4, c2: wp.vec4, c3: wp.vec4, a: float, b: float, c: float) -> wp.vec4:

@@ -9,8 +9,6 @@ from .native import spell_out
 from .ray_group import PREPARE_RAYS
 from .ray_structs import RayTask, ShadowRay
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 _LIST = r"""
     enum { HALVES = 2, KEYS = 8 * RAY_LISTS + 1 };
     int* keys_ = (int*)keys.data;

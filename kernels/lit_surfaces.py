@@ -16,8 +16,6 @@ from .response import Shading
 from .structs import LightData
 from .tile_structs import LitSurfaces
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 # Rows of GROUP numbers in which surfaces wait: three each of vectors.
 NORMAL_ROW = wp.constant(0)
 """Shading normals."""

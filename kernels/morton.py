@@ -6,8 +6,6 @@ import warp as wp
 
 from .constants import MORTON_BITS
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def spread_bits(value: wp.uint64) -> wp.uint64:

@@ -7,8 +7,6 @@ import warp as wp
 from .constants import GROUP
 from .ray_group import group_vector
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 NUMBERS = r"""
 #if defined(__CUDA_ARCH__) || !defined(__clang__)
     enum { LANES = 1 };

@@ -10,8 +10,6 @@ import warp as wp
 from .constants import LEAF_FLOATS, NODE_FLOATS
 from .native import spell_out
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 PREFETCH_CHILD = spell_out(
     r"""
 #if !defined(__CUDA_ARCH__)

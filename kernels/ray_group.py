@@ -27,8 +27,6 @@ from .constants import (
 from .intersect_packet import VECTOR_TYPES, PacketRay, octant_of
 from .native import spell_out
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def group_vector(group: wp.array[float], first: int, step: int) -> wp.vec3:

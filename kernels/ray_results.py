@@ -18,8 +18,6 @@ from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
 from .ray_group import RUN_OF_RAYS
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class ClosestHits:

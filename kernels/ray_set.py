@@ -4,9 +4,6 @@
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
 _FIRST_RAY = r"""
 #if defined(__CUDA_ARCH__)
     return __ffs(rays) - 1;

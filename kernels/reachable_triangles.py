@@ -19,8 +19,6 @@ from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
 from .ray_group import FOLD
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 _SEE_CORNER = r"""
     const float* lines = (const float*)group.data + first;
     const float* rows = (const float*)leaves.data + (size_t)leaf * LEAF_FLOATS;

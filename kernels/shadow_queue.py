@@ -27,8 +27,6 @@ from .surface import Surface
 from .tile_structs import ShadowQueue
 from .vector import max_component
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class AtOnce:

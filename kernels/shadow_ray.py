@@ -19,8 +19,6 @@ from .surface import make_surface
 from .vector import max_component
 from .visibility import holds, is_present
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.func
 def casts_shadow(scene: wp.ref[SceneData], casters: int, instance: int) -> bool:

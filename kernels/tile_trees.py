@@ -35,8 +35,6 @@ from .surface import Surface
 from .tile_structs import TilePixel, TileTrees
 from .tree_node import visit_node
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 CELL_WIDTH = wp.constant(8)
 """Pixels are numbered cell by cell, so that those of a group are neighbours."""
 

@@ -31,8 +31,6 @@ from .per_type import per_type
 from .ray_results import Results, is_satisfied_by_any, prefetch_results, trace_single, write_flight, write_group
 from .vector import relative
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
 
 @wp.struct
 class RaySpan:

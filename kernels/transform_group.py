@@ -11,9 +11,6 @@ from .intersect_packet import VECTOR_TYPES
 from .native import spell_out
 from .ray_group import PREPARE_RAYS, group_ray, set_group_ray
 
-wp.set_module_options({"enable_backward": False, "fuse_fp": False})
-
-
 # Sums begin with 0 as those of wp.dot do, so that zeros have the same signs; totals are those of is_ray_finite.
 _TRANSFORM = (
     r"""
