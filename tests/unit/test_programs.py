@@ -104,7 +104,7 @@ def varying(name: str, size: int, low: float, high: float) -> Signal:
 
 CONSTANTS = {
     *("octaves", "style", "type", "num_intervals", "interpolation", "clampoutput", "doclamp"),
-    *("lumacoeffs", "faceforward", "invert", "upaxis", "seed", "index", "gamma", "operationorder"),
+    *("lumacoeffs", "faceforward", "invert", "upaxis", "seed", "index", "gamma", "operationorder", "staggered"),
 }
 TYPES = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4}
 FIXED = {
@@ -154,6 +154,7 @@ NODES = [
     *(f"ND_fractal{d}_{kind}" for d in ("2d", "3d") for kind in ("float", "vector2", "color3", "color4")),
     *(f"ND_{name}noise{d}_float" for name in ("cell", "worley", "unified") for d in ("2d", "3d")),
     *("ND_worleynoise3d_vector3", "ND_worleynoise2d_vector2", "ND_facingratio_float"),
+    *("ND_tiledhexagons_color3", "ND_tiledcloverleafs_color3", "ND_crosshatch_color3", "ND_grid_color3"),
     *("ND_switch_color3", "ND_place2d_vector2", "ND_rotate2d_vector2"),
 ]
 

@@ -201,7 +201,7 @@ def test_primvars_are_scaled_and_shifted():
 @pytest.mark.parametrize(
     ("identifier", "lines"),
     [
-        ("ND_crosshatch_color3", ()),
+        ("ND_flake2d", ()),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = -1")),
         ("ND_extract_color3", (wire("in", "T"), "int inputs:index = 7")),
         ("ND_luminance_color3", (wire("in", "T"), "float inputs:lumacoeffs = 0.3")),

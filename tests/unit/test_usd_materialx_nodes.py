@@ -387,3 +387,70 @@ def test_constants_beyond_float32_are_told_and_bounded():
     """1e20 squared, which float32 has not, and which no light comes near."""
     (value,), codes = read(node("N", "ND_multiply_color3", number("in1", 1e20, 1, -1e20), number("in2", 1e20, 1, 1e20)))
     assert (value.tolist(), codes) == ([2.0**60, 1.0, -(2.0**60)], ["W303", "W312"])
+
+
+# --- tiles
+
+
+def hexagon(x, y, radius):
+    """A hexagon whose edges' distance from the middle is the radius, two of them upright."""
+    return (np.abs(x) <= radius) & (0.5 * np.abs(x) + np.sqrt(0.75) * np.abs(y) <= radius)
+
+
+def circle(x, y, radius):
+    return x**2 + y**2 <= radius**2
+
+
+def clover_leaf(x, y, radius):
+    ends = ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5))
+    return np.any([circle(x - radius * i, y - radius * j, radius / 2) for i, j in ends], axis=0)
+
+
+def rows(shape, x, y, radius, height):
+    """Shapes in the middles of tiles of a unit, each row of some height half a tile on."""
+    around = [(i + 0.5 * (j % 2), j * height) for i in range(-1, 5) for j in range(-1, 6)]
+    return np.any([shape(x - u, y - v, radius) for u, v in around], axis=0)
+
+
+def square(x, y):
+    return 2 * (x % 1) - 1, 2 * (y % 1) - 1
+
+
+@pytest.mark.parametrize("is_staggered", [False, True])
+@pytest.mark.parametrize(
+    ("name", "shape", "height"),
+    [
+        ("tiledcircles", circle, np.sqrt(0.75)),
+        ("tiledcloverleafs", clover_leaf, 0.5),
+        ("tiledhexagons", hexagon, np.sqrt(0.75)),
+        ("grid", None, 0),
+        ("crosshatch", None, 0),
+    ],
+)
+def test_tiles(name, shape, height, is_staggered):
+    """Three by two tiles; between texels edges are as wide as one."""
+    said = "thickness" if shape is None else "size"
+    lines = (number("uvtiling", 3, 2), number(said, 0.3), typed("bool", "staggered", int(is_staggered)))
+    values, codes = read(node("N", f"ND_{name}_color3", *lines), SPOTS, count=3)
+    x, y = 3 * S, 2 * T
+    if shape is not None:
+        expected = rows(shape, x, y, 0.15, height) if is_staggered else shape(*square(x, y), 0.3)
+    else:
+        u, v = square(x + 0.5 * (y % 2 > 1) * is_staggered, y)
+        bars, hatching = (
+            (np.abs(u) > 0.7) | (np.abs(v) > 0.7),
+            np.minimum(np.abs(u - v), np.abs(u + v)) <= 0.3 * np.sqrt(2),
+        )
+        expected = bars if name == "grid" else hatching
+    assert 0.02 < expected.mean() < 0.98
+    assert (np.abs(values - expected[:, None]) < 1e-3).all(axis=1).mean() > 0.96
+    assert codes == ["N938"]
+
+
+@pytest.mark.parametrize(("name", "shape"), [("hexagon", hexagon), ("cloverleaf", clover_leaf)])
+def test_shapes(name, shape):
+    nodes = node("N", f"ND_{name}_float", number("center", 0.5, 0.4), number("radius", 0.3))
+    values, codes = read(nodes, SPOTS, count=1)
+    expected = shape(S - 0.5, T - 0.4, 0.3)
+    assert (np.abs(values[:, 0] - expected) < 1e-3).mean() > 0.97
+    assert codes == ["N938"]

@@ -19,6 +19,7 @@ from warp_rt.usd.materialx_compositing import COMPOSITES
 from warp_rt.usd.materialx_noises import NOISES
 from warp_rt.usd.materialx_patterns import PATTERNS, smooth_step
 from warp_rt.usd.materialx_places import PLACES, dot, length, turned, turned_in_space, unit
+from warp_rt.usd.materialx_tilings import TILINGS
 from warp_rt.usd.node_inputs import SIZES, Node, NodeInputs
 from warp_rt.usd.signals import (
     CHANNELS,
@@ -388,6 +389,7 @@ _NODES: Mapping[str, Node] = {
     **NOISES,
     **PATTERNS,
     **PLACES,
+    **TILINGS,
     "constant": lambda node: node.get("value"),
     "dot": lambda node: node.get("in"),
     "convert": _convert,

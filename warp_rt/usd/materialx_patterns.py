@@ -101,7 +101,12 @@ def _is_odd_steps(place: Signal) -> Signal:
 def _circle(node: NodeInputs) -> Signal:
     center = (node.read("center") or Signal.constant([0.0, 0.0])).resized(2)
     radius = node.read("radius") or Signal.constant([0.5])
-    return apply_to_all(_is_within, 1, add(node.coordinates, center, -1.0), radius)
+    return is_within(add(node.coordinates, center, -1.0), radius)
+
+
+def is_within(place: Signal, radius: Signal) -> Signal:
+    """Return 1 within a circle about the origin, else 0."""
+    return apply_to_all(_is_within, 1, place, radius)
 
 
 def _is_within(place: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -122,7 +127,12 @@ def _line(node: NodeInputs) -> Signal:
             *(("point2", (0.75, 0.75)), ("radius", (0.1,))),
         )
     )
-    return apply_to_all(_is_by_line, 1, add(node.coordinates, center.resized(2), -1.0), start, end, radius)
+    return is_by_line(add(node.coordinates, center.resized(2), -1.0), start, end, radius)
+
+
+def is_by_line(place: Signal, start: Signal, end: Signal, radius: Signal) -> Signal:
+    """Return 1 within a radius of a line from one point to another, else 0."""
+    return apply_to_all(_is_by_line, 1, place, start, end, radius)
 
 
 def _is_by_line(place: np.ndarray, start: np.ndarray, end: np.ndarray, radius: np.ndarray) -> np.ndarray:
