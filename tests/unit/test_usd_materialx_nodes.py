@@ -448,7 +448,7 @@ def test_tiles(name, shape, height, is_staggered):
 
 
 @pytest.mark.parametrize(("name", "shape"), [("hexagon", hexagon), ("cloverleaf", clover_leaf)])
-def test_shapes(name, shape):
+def test_hexagons_and_clover_leaves(name, shape):
     nodes = node("N", f"ND_{name}_float", number("center", 0.5, 0.4), number("radius", 0.3))
     values, codes = read(nodes, SPOTS, count=1)
     expected = shape(S - 0.5, T - 0.4, 0.3)
