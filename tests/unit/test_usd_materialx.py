@@ -668,7 +668,7 @@ def test_sets_of_coordinates(image, index, name):
 
 
 def test_coordinates_that_do_not_fold_are_named(image):
-    assert moved(image, node("P", "ND_crosshatch_vector2"))[1:] == ("st", ["W303"])
+    assert moved(image, node("P", "ND_flake2d"))[1:] == ("st", ["W303"])
 
 
 def test_an_image_at_a_place_in_space_is_read_by_a_program(image):
