@@ -19,6 +19,7 @@ from warp_rt.usd.signals import Signal, add, apply, choose, join, multiply
 _ZERO, _HALF, _ONE = (Signal.constant([value]) for value in (0.0, 0.5, 1.0))
 _TRIANGLES = 0.866025  # height of a triangle of sides of 1, to the library's digits
 _SLOPE = 0.57735
+_THICKNESS = Signal.constant([0.05])
 
 Shape = Callable[[Signal, Signal], Signal]
 """1 within a shape about the origin, of some radius, else 0."""
@@ -51,9 +52,13 @@ def _any_of(shapes: list[Signal]) -> Signal:
     return found
 
 
+def _number(node: NodeInputs, name: str, default: Signal) -> Signal:
+    return (node.read(name) or default).pick([0])
+
+
 def _alone(shape: Shape) -> Node:
     def draw(node: NodeInputs) -> Signal:
-        radius = node.read("radius") or _HALF
+        radius = _number(node, "radius", _HALF)
         return shape(add(node.coordinates, node.sized("center", 2), -1.0), radius)
 
     return draw
@@ -87,7 +92,7 @@ def _tiled(shape: Shape, height: float) -> Node:
     """Return the node of a shape in tiles of one unit, or staggered in rows of some height."""
 
     def draw(node: NodeInputs) -> Signal:
-        place, size = _scaled(node), node.read("size") or _HALF
+        place, size = _scaled(node), _number(node, "size", _HALF)
         if not _is_staggered(node):
             return shape(_in_tile(place), size).resized(3)
         x = apply(np.mod, _shifted(place, height), _ONE)
@@ -105,13 +110,13 @@ def _in_square(node: NodeInputs) -> Signal:
 
 
 def _grid(node: NodeInputs) -> Signal:
-    thickness = node.read("thickness") or Signal.constant([0.05])
+    thickness = _number(node, "thickness", _THICKNESS)
     off = apply(np.greater, apply(np.abs, _in_square(node)), add(_ONE, thickness, -1.0))
     return apply(np.maximum, off.pick([0]), off.pick([1])).resized(3)
 
 
 def _cross_hatch(node: NodeInputs) -> Signal:
-    place, thickness = _in_square(node), node.read("thickness") or Signal.constant([0.05])
+    place, thickness = _in_square(node), _number(node, "thickness", _THICKNESS)
     ends = (((1.0, 1.0), (-1.0, -1.0)), ((-1.0, 1.0), (1.0, -1.0)))
     lines = [is_by_line(place, Signal.constant(start), Signal.constant(end), thickness) for start, end in ends]
     return _any_of(lines).resized(3)
