@@ -4,8 +4,9 @@
 
 import warp as wp
 
+from .light_structs import LightMeshData, LightTriangle
 from .light_triangle import faces_away
-from .structs import LightMeshData, LightTriangle, SceneData
+from .structs import SceneData
 
 
 @wp.struct

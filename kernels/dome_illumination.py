@@ -11,12 +11,13 @@ from .features import Features, PlainScene
 from .frame_structs import FrameData
 from .light_hooks import tell_dome
 from .light_illumination import sampled_illumination
+from .light_structs import DomeData
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .response import MODEL_PREVIEW, Shading
 from .sample_emitter import dome_at
 from .shadow_queue import Shadows, add_term, begin_sum
-from .structs import DomeData, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .vector import max_component
 from .visibility import holds

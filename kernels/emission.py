@@ -7,11 +7,12 @@ import warp as wp
 from .features import Features, PlainScene
 from .frame_structs import FrameData
 from .light import KIND_DISTANT, KIND_MESH, cone_factor
+from .light_structs import LightData
 from .per_type import per_type
 from .profile import profile_factor
 from .ray_structs import RayTask
 from .sample_light import has_extent, light_radiance, meet_extent
-from .structs import LightData, SceneData
+from .structs import SceneData
 from .texture import WRAP_CLAMP, sample_footprint
 from .visibility import holds
 

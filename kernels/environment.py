@@ -8,9 +8,10 @@ from .codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from .constants import MAX_ANISOTROPY
 from .features import Features, PlainScene
 from .frame_structs import FrameData
+from .light_structs import DomeData
 from .per_type import per_type
 from .ray_structs import RayDifferential
-from .structs import DomeData, SceneData
+from .structs import SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_footprint, sample_image
 from .visibility import holds
 

@@ -12,7 +12,7 @@ size that the surface's roughness gives it.
 import warp as wp
 
 from .constants import CYLINDER_FACETS, FAR_LIGHT, GAUSS_POINT
-from .structs import LightData
+from .light_structs import LightData
 from .vector import face_forward
 
 KIND_POINT = wp.constant(0)

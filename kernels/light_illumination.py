@@ -10,6 +10,7 @@ from .emission import is_mirrored
 from .features import Features, PlainScene
 from .frame_structs import FrameData
 from .light_hooks import tell_dark_light, tell_light, tell_sample, tell_samples, tell_samples_done, tell_shadow_ray
+from .light_structs import LightData
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_counts import count_shadow
@@ -19,7 +20,7 @@ from .sample_light import has_extent
 from .sampling import branch_key, sequence_point, shuffle_index
 from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_sum, cast_shadow
-from .structs import LightData, SceneData
+from .structs import SceneData
 from .surface import Surface
 from .vector import max_component, max_magnitude
 from .visibility import holds

@@ -7,8 +7,8 @@ Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance 
 
 import warp as wp
 
+from .light_structs import LightMeshData, LightTriangle
 from .outline import direction_offset, edge_flux
-from .structs import LightMeshData, LightTriangle
 
 Offsets = wp.types.matrix(shape=(4, 3), dtype=wp.float32)
 

@@ -9,7 +9,7 @@ import warp as wp
 
 from .constants import FAR_LIGHT, FAR_PROFILE, FOCUS_DARK, STEEPEST
 from .light_direction import half_angle
-from .structs import LightData, ProfileData
+from .light_structs import LightData, ProfileData
 
 DARK = wp.constant(0)
 """From :func:`cone_view`: all of a part is outside of the light's cone."""

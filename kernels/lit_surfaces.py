@@ -10,10 +10,10 @@ import warp as wp
 from .constants import DIRECTION_ROW, GROUP
 from .group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW
 from .light import KIND_DISTANT, KIND_POINT, LightSample
+from .light_structs import LightData
 from .native import spell_out
 from .number_rows import NUMBERS, set_row
 from .response import Shading
-from .structs import LightData
 from .tile_structs import LitSurfaces
 
 # Rows of GROUP numbers in which surfaces wait: three each of vectors.

@@ -19,8 +19,9 @@ import warp as wp
 
 from .constants import FAR_END, FAR_END_STEP, GAUSS_POINT, MERIDIAN_CELLS, MERIDIAN_STEPS, WIDE_CHORD
 from .light_direction import half_angle
+from .light_structs import LightData
 from .profile import find_angle
-from .structs import LightData, SceneData
+from .structs import SceneData
 
 
 @wp.struct

@@ -11,8 +11,9 @@ import warp as wp
 
 from .cluster_walk import is_ball_met, meet_triangle, next_cluster
 from .constants import SHADOW_END
+from .light_structs import LightCluster, LightMeshData
 from .light_triangle import VisiblePart
-from .structs import LightCluster, LightMeshData, SceneData
+from .structs import SceneData
 
 OUTSIDE = wp.constant(1)
 """Bit of ``LightTriangle.free_sides``: from its outside nothing of the light can be before it,"""

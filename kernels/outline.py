@@ -14,9 +14,10 @@ import warp as wp
 from .constants import OUTLINE_EDGES, OUTLINE_EDGES_FINE, WIDE_EDGE
 from .light import KIND_CYLINDER, KIND_RECT, KIND_SPHERE
 from .light_direction import solve_axes
+from .light_structs import LightData
 from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
 from .sample_cylinder import view_cylinder
-from .structs import LightData, SceneData
+from .structs import SceneData
 from .vector import face_forward, perpendicular_frame
 
 

@@ -12,9 +12,10 @@ Reference: Conty Estevez and Kulla (2018), Importance Sampling of Many Lights wi
 import warp as wp
 
 from .codes import VARIED
+from .light_structs import LightData, LightMeshData
 from .light_triangle import middle_of
 from .shaped_mesh import ball_square
-from .structs import LightData, LightMeshData, SceneData
+from .structs import SceneData
 from .vector import max_component
 
 

@@ -14,8 +14,8 @@ import warp as wp
 
 from .constants import AIMED_END, AIMED_MOST, SERIES_END
 from .light_direction import half_angle
+from .light_structs import LightData
 from .sampling import concentric_disk
-from .structs import LightData
 from .vector import max_component, perpendicular_frame
 
 

@@ -6,8 +6,9 @@ import warp as wp
 
 from .environment import latlong_from_direction
 from .light_direction import LightDirection
+from .light_structs import DomeData
 from .sampling import concentric_disk
-from .structs import DomeData, SceneData
+from .structs import SceneData
 from .vector import perpendicular_frame
 
 

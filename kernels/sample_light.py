@@ -8,6 +8,7 @@ from .codes import UNEVEN, VARIED
 from .constants import AIMED_CONE, AIMED_FOCUS
 from .light import KIND_CYLINDER, KIND_DISK, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
 from .light_direction import LightDirection, cone_cap
+from .light_structs import LightData
 from .outline import bounding_square
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_cylinder import meet_cylinder, sample_cylinder
@@ -15,7 +16,6 @@ from .sample_disk import meet_disk, sample_disk
 from .sample_distant import meet_distant, sample_distant
 from .sample_rect import meet_rect, sample_rect
 from .sample_sphere import meet_sphere, sample_sphere
-from .structs import LightData
 
 
 @wp.func

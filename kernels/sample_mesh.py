@@ -6,8 +6,9 @@ import warp as wp
 
 from .cluster_walk import nearest_triangle
 from .light_direction import LightDirection
+from .light_structs import LightData, LightMeshData, LightTriangle
 from .pick_triangle import pick_triangle
-from .structs import LightData, LightMeshData, LightTriangle, SceneData
+from .structs import SceneData
 
 
 @wp.func

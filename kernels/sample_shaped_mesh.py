@@ -8,10 +8,11 @@ from .cluster_walk import nearest_triangle
 from .codes import VARIED
 from .constants import AIMED_LEAST, AIMED_MOST, SHADOW_END
 from .light_direction import LightDirection, cone_cap
+from .light_structs import LightData
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_mesh import meet_mesh, sample_mesh
 from .shaped_mesh import ball_of_mesh
-from .structs import LightData, SceneData
+from .structs import SceneData
 
 
 @wp.func

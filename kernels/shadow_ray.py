@@ -10,11 +10,12 @@ from .codes import CASTS_SHADOW, SHADOW_AUTO, SHADOW_OPAQUE
 from .constants import SHADOW_LIMIT
 from .features import Features, PlainScene
 from .light_hooks import tell_blocked, tell_crossing
+from .light_structs import ShadowData
 from .material import NO_LEAK, eval_material
 from .observer import Observer, Unobserved, observed
 from .response import MODEL_WHITTED
 from .spawn import spawn_origin
-from .structs import SceneData, ShadowData
+from .structs import SceneData
 from .surface import make_surface
 from .vector import max_component
 from .visibility import holds, is_present

@@ -35,6 +35,7 @@ from .constants import (
 )
 from .emission import EmissionCell, mean_emission
 from .light_direction import half_angle
+from .light_structs import LightData, LightMeshData, LightTriangle
 from .light_triangle import VisiblePart, middle_of, polygon_above, triangle_irradiance
 from .light_variation import (
     CUT,
@@ -48,7 +49,7 @@ from .light_variation import (
     profile_cell,
 )
 from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
-from .structs import LightData, LightMeshData, LightTriangle, SceneData
+from .structs import SceneData
 from .vector import max_magnitude
 
 RIM = wp.constant(3)

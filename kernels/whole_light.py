@@ -26,6 +26,7 @@ from .light import (
     sample_light,
 )
 from .light_direction import LightDirection, half_angle
+from .light_structs import LightData
 from .light_variation import (
     CUT,
     DARK,
@@ -41,7 +42,7 @@ from .outline import SeenPart, bounding_square, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
 from .sampling import concentric_disk
-from .structs import LightData, SceneData
+from .structs import SceneData
 from .vector import max_magnitude
 from .whole_mesh import mesh_light
 

@@ -12,11 +12,12 @@ from .cluster_walk import next_cluster
 from .codes import VARIED
 from .constants import CLUSTER_SIZE, LIGHT_CLEARANCE, MESH_LIGHT_EXACT, SEEN_POINTS
 from .light import LightSample, patch_irradiance
+from .light_structs import LightCluster, LightData, LightMeshData, LightTriangle
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import CUT, DARK
 from .mesh_visibility import SeenPoints, ball_around, front_of_ball, is_free, look_past_rest
 from .shaped_mesh import Grain, grain_of, patch_view, shade_patch, shaped_triangle
-from .structs import LightCluster, LightData, LightMeshData, LightTriangle, SceneData
+from .structs import SceneData
 from .vector import face_forward
 
 OUT_OF_SIGHT = wp.constant(0)

@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.light import sample_light
-from warp_rt.kernels.structs import LightData
+from warp_rt.kernels.light_structs import LightData
 from warp_rt.scene import Light, LightKind
 from warp_rt.upload.device_lights import light_record
 from warp_rt.upload.light_tables import LightTables, LinkTable

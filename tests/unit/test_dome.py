@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.environment import latlong_from_direction
-from warp_rt.kernels.structs import DomeData
+from warp_rt.kernels.light_structs import DomeData
 from warp_rt.upload.dome import irradiance_map
 from warp_rt.warp_setup import init_warp
 

@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.light import cylinder_irradiance, disk_irradiance, rect_irradiance, sample_light, sphere_irradiance
-from warp_rt.kernels.structs import LightData
+from warp_rt.kernels.light_structs import LightData
 from warp_rt.warp_setup import init_warp
 
 init_warp()

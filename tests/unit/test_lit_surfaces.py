@@ -12,6 +12,7 @@ from warp_rt.kernels.brdf import phong
 from warp_rt.kernels.constants import DIRECTION_ROW, GROUP, GROUP_FLOATS, LIT_FLOATS, SURFACE_FLOATS
 from warp_rt.kernels.group_surfaces import CLEARANCE_ROW, GEOMETRIC_ROW, POSITION_ROW
 from warp_rt.kernels.light import KIND_DISTANT, KIND_POINT, KIND_SPHERE
+from warp_rt.kernels.light_structs import LightData
 from warp_rt.kernels.lit_surfaces import (
     DISTANCE_ROW,
     ORIGIN_ROW,
@@ -25,7 +26,7 @@ from warp_rt.kernels.lit_surfaces import (
 from warp_rt.kernels.number_rows import row_vector
 from warp_rt.kernels.response import MODEL_WHITTED, Shading
 from warp_rt.kernels.spawn import spawn_origin
-from warp_rt.kernels.structs import LightData, SceneData
+from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.kernels.tile_structs import LitSurfaces
 from warp_rt.kernels.whole_light import whole_light

@@ -9,8 +9,9 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.constants import MERIDIAN_CELLS
+from warp_rt.kernels.light_structs import LightData, MeridianData
 from warp_rt.kernels.outline import SeenPart, outlined_light
-from warp_rt.kernels.structs import LightData, MeridianData, SceneData
+from warp_rt.kernels.structs import SceneData
 from warp_rt.scene import Light, LightKind, Profile
 from warp_rt.upload.device_lights import light_record
 from warp_rt.upload.light_tables import LightTables

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warp_rt.kernels.light_structs import LightData
 from warp_rt.kernels.outline import SeenPart, cone_flux, edge_flux, outlined_light
 from warp_rt.kernels.profile import end_factor
-from warp_rt.kernels.structs import LightData, SceneData
+from warp_rt.kernels.structs import SceneData
 from warp_rt.scene import Light, LightKind
 from warp_rt.warp_setup import init_warp
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warp_rt.kernels.light_structs import LightData
 from warp_rt.kernels.sample_aimed import aim_at, aimed_direction, aimed_pdf
 from warp_rt.kernels.sampling import sequence_point
-from warp_rt.kernels.structs import LightData
 from warp_rt.warp_setup import init_warp
 
 init_warp()

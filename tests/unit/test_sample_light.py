@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warp_rt.kernels.light_structs import LightData
 from warp_rt.kernels.sample_light import meet_extent, sample_extent
 from warp_rt.kernels.sampling import sequence_point
-from warp_rt.kernels.structs import LightData
 from warp_rt.scene import Light, LightKind
 from warp_rt.upload.device_lights import light_record
 from warp_rt.upload.light_tables import LightTables

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warp_rt.kernels.light_structs import LightTriangle
 from warp_rt.kernels.light_triangle import VisiblePart, triangle_irradiance
 from warp_rt.kernels.shaped_mesh import ball_square, piece_of
-from warp_rt.kernels.structs import LightTriangle
 from warp_rt.warp_setup import init_warp
 
 init_warp()

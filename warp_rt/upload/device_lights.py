@@ -18,7 +18,7 @@ _EVEN = 1e-3  # transforms are float32 in many files
 
 
 def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[str, Any]:
-    """Return the fields of ``kernels.structs.LightData``.
+    """Return the fields of ``kernels.light_structs.LightData``.
 
     Args:
         light: As the scene has it; the scale of its transform applies to its shape.
@@ -62,7 +62,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
 
 
 def _varies(light: Light, lengths: np.ndarray) -> int:
-    """Return ``kernels.structs.LightData.varies``: UNEVEN, VARIED, both or neither."""
+    """Return ``kernels.light_structs.LightData.varies``: UNEVEN, VARIED, both or neither."""
     is_varied = light.is_shaped or light.image >= 0
     axes = light.world_from_light[:3, :3] / np.where(lengths > 0, lengths, 1.0)
     is_sheared = np.abs(axes.T @ axes - np.eye(3)).max() > _EVEN

@@ -39,7 +39,7 @@ def connected_parts(corners: np.ndarray) -> np.ndarray:
 
 
 def free_sides_of(corners: np.ndarray) -> np.ndarray:
-    """Return ``kernels.structs.LightTriangle.free_sides`` of each triangle: int32, shape [n].
+    """Return ``kernels.light_structs.LightTriangle.free_sides`` of each triangle: int32, shape [n].
 
     Those are the sides of its plane that no corner of the others is on. Of very many triangles it is not found out:
     then others can be before any of them.
@@ -65,7 +65,7 @@ def free_sides_of(corners: np.ndarray) -> np.ndarray:
 
 
 def convex_bodies(corners: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Return ``kernels.structs.LightTriangle.body`` of each triangle, the number of its part: int32, shape [n].
+    """Return ``kernels.light_structs.LightTriangle.body`` of each triangle, the number of its part: int32, shape [n].
 
     Args:
         corners: As for :func:`free_sides_of`.

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_rt.kernels.structs import LightCluster
+from warp_rt.kernels.light_structs import LightCluster
 
 _EMPTY = 2.0  # no cosine
 # What rounding to float32 may take of a radius, whose centre is rounded too.

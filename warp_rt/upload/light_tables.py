@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rt.kernels import structs
+from warp_rt.kernels import light_structs
 from warp_rt.scene import Light, Profile, Shadow
 from warp_rt.upload.light_bodies import BOTH_SIDES, connected_parts, convex_bodies, free_sides_of
 from warp_rt.upload.light_clusters import leaf_count, light_clusters
@@ -62,9 +62,9 @@ class LightTables:
         self.meshes: list[dict[str, Any]] = []
         """Rows of ``kernels.structs.SceneData.light_meshes``."""
         self.triangles: list[np.ndarray] = []
-        """Of each of them, of ``kernels.structs.LightTriangle``."""
+        """Of each of them, of ``kernels.light_structs.LightTriangle``."""
         self.clusters: list[np.ndarray] = []
-        """Of each of them, of ``kernels.structs.LightCluster``."""
+        """Of each of them, of ``kernels.light_structs.LightCluster``."""
         self._image_of = image_of
         self._numbers: list[np.ndarray] = []
         self._number_count = 0
@@ -151,7 +151,7 @@ class LightTables:
         if np.linalg.det(linear) < 0:  # a mirroring turns the winding round
             sides = sides[:, ::-1]
         areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
-        table = np.zeros(len(corners), structs.LightTriangle.numpy_dtype())
+        table = np.zeros(len(corners), light_structs.LightTriangle.numpy_dtype())
         table["origin"], table["side_x"], table["side_y"] = corners[:, 0], sides[:, 0], sides[:, 1]
         wound = corners[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides], axis=1)
         table["free_sides"], table["body"] = BOTH_SIDES, -1

@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device.arrays import Joined, Packer
-from warp_rt.kernels import structs
+from warp_rt.kernels import light_structs
 from warp_rt.kernels.codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
 from warp_rt.scene import Dome, Light, RayMask, Scene
 from warp_rt.upload.device_images import DeviceImages
@@ -81,25 +81,27 @@ def pack_lights(
         samples_domes: Whether domes are sampled, for which the brightness of their images is summed up.
     """
     tables = LightTables(images.of_light)
-    data.lights = pack.records(structs.LightData, [light_record(light, origin, tables) for light in lights])
+    data.lights = pack.records(light_structs.LightData, [light_record(light, origin, tables) for light in lights])
     data.light_count = len(lights)
     maps = Joined()
     cells = Joined() if samples_domes else None
-    data.domes = pack.records(structs.DomeData, [_dome_record(dome, images, tables, maps, cells) for dome in domes])
+    data.domes = pack.records(
+        light_structs.DomeData, [_dome_record(dome, images, tables, maps, cells) for dome in domes]
+    )
     data.dome_count = len(domes)
     data.irradiance = pack.chunks(maps.parts, wp.vec3, (3,), np.float32)
     data.dome_cells = pack.chunks(cells.parts if cells else [], wp.float32, (), np.float32)
     data.links = pack.array(tables.links.words(), wp.uint32)
-    data.shadows = pack.records(structs.ShadowData, tables.shadows)
-    data.profiles = pack.records(structs.ProfileData, tables.profiles)
-    data.light_meshes = pack.records(structs.LightMeshData, tables.meshes)
-    triangles = [np.zeros(0, structs.LightTriangle.numpy_dtype()), *tables.triangles]
-    data.light_triangles = pack.array(np.concatenate(triangles), structs.LightTriangle)
-    clusters = [np.zeros(0, structs.LightCluster.numpy_dtype()), *tables.clusters]
-    data.light_clusters = pack.array(np.concatenate(clusters), structs.LightCluster)
-    data.light_textures = pack.records(structs.LightTextureData, tables.textures)
+    data.shadows = pack.records(light_structs.ShadowData, tables.shadows)
+    data.profiles = pack.records(light_structs.ProfileData, tables.profiles)
+    data.light_meshes = pack.records(light_structs.LightMeshData, tables.meshes)
+    triangles = [np.zeros(0, light_structs.LightTriangle.numpy_dtype()), *tables.triangles]
+    data.light_triangles = pack.array(np.concatenate(triangles), light_structs.LightTriangle)
+    clusters = [np.zeros(0, light_structs.LightCluster.numpy_dtype()), *tables.clusters]
+    data.light_clusters = pack.array(np.concatenate(clusters), light_structs.LightCluster)
+    data.light_textures = pack.records(light_structs.LightTextureData, tables.textures)
     data.profile_numbers = pack.array(tables.profile_numbers(), wp.float32)
-    data.meridians = pack.records(structs.MeridianData, tables.meridians)
+    data.meridians = pack.records(light_structs.MeridianData, tables.meridians)
     data.meridian_sums = pack.array(tables.meridian_sums(), wp.vec4)
 
 

@@ -18,7 +18,7 @@ _CONE_STEPS = 8  # by the half angle of a cone
 
 
 def meridian_record(light: Light, *, is_even: bool) -> tuple[dict[str, Any], np.ndarray] | None:
-    """Return the fields of ``kernels.structs.MeridianData`` but for the offset, and its numbers.
+    """Return the fields of ``kernels.light_structs.MeridianData`` but for the offset, and its numbers.
 
     None for a light that is not shaped, and for one whose factor depends on more than the direction: on a texture, or
     on directions in a space of its own that is more than turned.

@@ -16,7 +16,7 @@ _NONE = -100.0  # an end that no angle is near
 
 
 def profile_scales(profile: Profile, angle_scale: float) -> dict[str, float]:
-    """Return what ``kernels.structs.ProfileData`` tells of a profile's ends and of the width of its cells.
+    """Return what ``kernels.light_structs.ProfileData`` tells of a profile's ends and of the width of its cells.
 
     Args:
         profile: The profile.
