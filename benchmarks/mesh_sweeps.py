@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Stages that sweep the shaping of mesh lights over the floor of :mod:`benchmarks.light_sweeps`, and what it gets.
+"""Stages that sweep the shaping of mesh lights over the floor of :mod:`benchmarks.light_floor`, and what it gets.
 
 A quad of 2 triangles, a bulging sheet of 288 and a ball of 512 are convex: nothing of them is before what shines.
 """
@@ -11,13 +11,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdRender
 
-from . import light_sweeps as lights
-from .light_sweeps import OVERHEAD, SHEAR, STANDING, TILTED, LightFrame, moved, scaled, turned
+from . import light_floor as floor
+from . import light_sums as sums
+from .light_floor import OVERHEAD, SHEAR, STANDING, TILTED, LightFrame, moved, scaled, turned
+from .light_sweeps import EVERYTHING, MIRRORED
 
 PASS = "/Pass"
 _WIDTH = 0.04  # [rad] of the patches that triangles are cut into
@@ -76,13 +77,13 @@ def _sweeps_of(shape: str, files: Mapping[str, Path]) -> Iterator[tuple[str, lis
     yield "normalized", [replace(plain.having(normalize=True), matrix=OVERHEAD @ scale) for scale in scales]
     focus, tint = "shaping:focus", "shaping:focusTint"
     cone, softness = "shaping:cone:angle", "shaping:cone:softness"
-    yield "focus", _each(base, focus, [1.25, 5.0, 20.0, 100.0])
+    yield "focus", base.each(focus, [1.25, 5.0, 20.0, 100.0])
     yield "focus, far", [replace(base.having(**{focus: 200.0}), matrix=moved(0, y, 0) @ down) for y in (5, 14)]
-    yield "focusTint", _each(base.having(**{focus: 8.0}), tint, [(0, 0.5, 0), (0.5, 1, 0.5)])
-    yield "cone", _each(base, cone, [130.0, 90.0, 50.0, 20.0])
-    yield "cone, standing", [replace(frame, matrix=STANDING) for frame in _each(base, cone, [130.0, 60.0, 20.0])]
-    yield "cone, far", [replace(frame, matrix=moved(0, 20, 0) @ down) for frame in _each(base, cone, [3.0, 8.0])]
-    yield "softness", _each(base.having(**{cone: 45.0}), softness, [0.0, 0.25, 0.5, 1.0])
+    yield "focusTint", base.having(**{focus: 8.0}).each(tint, [(0, 0.5, 0), (0.5, 1, 0.5)])
+    yield "cone", base.each(cone, [130.0, 90.0, 50.0, 20.0])
+    yield "cone, standing", [replace(frame, matrix=STANDING) for frame in base.each(cone, [130.0, 60.0, 20.0])]
+    yield "cone, far", [replace(frame, matrix=moved(0, 20, 0) @ down) for frame in base.each(cone, [3.0, 8.0])]
+    yield "softness", base.having(**{cone: 45.0}).each(softness, [0.0, 0.25, 0.5, 1.0])
     mixed = base.having(**{cone: 60.0, softness: 0.3, focus: 3.0, tint: (1, 0, 0)})
     yield (
         "cone, focus, sheared",
@@ -92,25 +93,21 @@ def _sweeps_of(shape: str, files: Mapping[str, Path]) -> Iterator[tuple[str, lis
     for name, more in (("focus 20", {focus: 20.0}), ("cone 40", {cone: 40.0, softness: 0.5})):
         yield f"large, {name}", [replace(base.having(**more), matrix=place) for place in large]
     profile = base.having(**{"shaping:ies:file": files["profile.ies"]})
-    yield "profile", _each(profile, "shaping:ies:angleScale", [-0.5, 0.0, 0.5])
+    yield "profile", profile.each("shaping:ies:angleScale", [-0.5, 0.0, 0.5])
     yield "profile, overhead", [replace(profile, matrix=OVERHEAD @ turned(2, angle)) for angle in (0, 70, 200)]
     yield "profile, large", [replace(profile, matrix=place) for place in large]
-    everything = replace(plain, attributes=lights.EVERYTHING, is_shaped=True)
-    yield "all at once, mirrored", [replace(everything, matrix=place) for place in lights.MIRRORED]
+    everything = replace(plain, attributes=EVERYTHING, is_shaped=True)
+    yield "all at once, mirrored", [replace(everything, matrix=place) for place in MIRRORED]
     stripes = profile.having(**{"shaping:ies:file": files["stripes.ies"]})
     yield "profile of stripes", [replace(stripes, matrix=moved(0, 3, 0) @ down), stripes]
-
-
-def _each(frame: LightFrame, name: str, values: Sequence[Any]) -> list[LightFrame]:
-    return [frame.having(**{name: value}) for value in values]
 
 
 # --- stages
 
 
 def make_stage(frames: Sequence[LightFrame]) -> Usd.Stage:
-    """Return what ``light_sweeps.make_stage`` does, its light a mesh that :data:`PASS` hides from the camera."""
-    stage = lights.make_stage(frames)
+    """Return what ``light_floor.make_stage`` does, its light a mesh that :data:`PASS` hides from the camera."""
+    stage = floor.make_stage(frames)
     corners = SHAPES[frames[0].shape]
     light = UsdGeom.Mesh(stage.GetPrimAtPath("/Light"))
     light.CreatePointsAttr(corners.reshape(-1, 3).tolist())
@@ -122,7 +119,7 @@ def make_stage(frames: Sequence[LightFrame]) -> Usd.Stage:
 
 
 def hide_light(stage: Usd.Stage) -> None:
-    """Write a :data:`PASS` that hides the light of ``light_sweeps.make_stage`` from the camera."""
+    """Write a :data:`PASS` that hides the light of ``light_floor.make_stage`` from the camera."""
     render_pass = UsdRender.Pass.Define(stage, PASS)
     Usd.CollectionAPI(render_pass.GetPrim(), "cameraVisibility").CreateExcludesRel().AddTarget("/Light")
     settings = UsdRender.Settings.Define(stage, "/Settings")
@@ -144,7 +141,7 @@ def expected(frame: LightFrame, points: np.ndarray) -> np.ndarray:
     corners = SHAPES[frame.shape] @ matrix[:3, :3].T + matrix[:3, 3]
     if np.linalg.det(matrix[:3, :3]) < 0:
         corners = corners[:, ::-1]
-    scale = lights.radiance_of(frame) * frame.attributes.get("diffuse", 1.0) / math.pi
+    scale = sums.radiance_of(frame) * frame.attributes.get("diffuse", 1.0) / math.pi
     if frame.attributes.get("normalize"):
         scale = scale / (np.linalg.norm(_areas(corners), axis=1).sum())
     return np.array([scale * _irradiance(frame, corners - point) for point in points])
@@ -156,7 +153,7 @@ def _areas(triangles: np.ndarray) -> np.ndarray:
 
 def _irradiance(frame: LightFrame, triangles: np.ndarray) -> np.ndarray:
     """Return the floor's irradiance from triangles of radiance 1, the floor's point at the origin: shape [3]."""
-    light = lights.light_of(frame)
+    light = sums.light_of(frame)
     facing = np.einsum("nk,nk->n", _areas(triangles), triangles[:, 0]) < 0
     cut = _cut(frame, triangles[facing])
     if not len(cut):
@@ -166,11 +163,11 @@ def _irradiance(frame: LightFrame, triangles: np.ndarray) -> np.ndarray:
     areas = np.repeat(_areas(cut) / 3, 3, axis=0)
     distance = np.linalg.norm(places, axis=1)
     wi = places / distance[:, None]
-    weight = np.abs((areas * wi).sum(axis=1)) / distance**2 * np.maximum(wi @ lights.UP, 0)
+    weight = np.abs((areas * wi).sum(axis=1)) / distance**2 * np.maximum(wi @ floor.UP, 0)
     axis = frame.matrix[:3, 2] / np.linalg.norm(frame.matrix[:3, 2])
-    radiance = lights.float64_lights().shaping(light, wi @ axis)
+    radiance = sums.float64_lights().shaping(light, wi @ axis)
     if "shaping:ies:file" in frame.attributes:
-        weight = weight * lights.profile_of(frame, -wi @ np.linalg.inv(frame.matrix[:3, :3]).T)
+        weight = weight * sums.profile_of(frame, -wi @ np.linalg.inv(frame.matrix[:3, :3]).T)
     return np.asarray((radiance * weight[:, None]).sum(axis=0))
 
 
@@ -188,7 +185,7 @@ def _cut(frame: LightFrame, triangles: np.ndarray) -> np.ndarray:
         middle = triangles.mean(axis=1)
         distance = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)
         width = np.linalg.norm(triangles - triangles[:, [1, 2, 0]], axis=2).max(axis=1) / distance
-        is_cut = lights.is_near_rim(frame, middle, width) | (triangles[:, :, 1] < 0).any(axis=1)
+        is_cut = sums.is_near_rim(frame, middle, width) | (triangles[:, :, 1] < 0).any(axis=1)
         is_wide = width > np.where(is_cut, rim_width, limit)
         kept.append(triangles[~is_wide])
         triangles = _halved(triangles[is_wide])

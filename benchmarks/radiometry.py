@@ -26,7 +26,8 @@ from warp_rt.warp_setup import init_warp
 
 from . import light_sweeps, mesh_sweeps, solid_sweeps
 from .command import make_parser, save_if_asked
-from .light_sweeps import LightFrame, floor_points, write_files
+from .light_files import write_files
+from .light_floor import LightFrame, floor_points
 from .results import Row
 
 KEYS = ("light", "sweep", "samples")

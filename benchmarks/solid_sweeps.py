@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Stages that sweep LightAPI on curved solids over the floor of :mod:`benchmarks.light_sweeps`, and what it gets.
+"""Stages that sweep LightAPI on curved solids over the floor of :mod:`benchmarks.light_floor`, and what it gets.
 
 What shines is the solid itself: its sums are over the curved surface in float64, not over triangles about it.
 """
@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd
 
-from . import light_sweeps as lights
-from .light_sweeps import OVERHEAD, SHEAR, TILTED, LightFrame, moved, scaled, turned
+from . import light_floor as floor
+from . import light_sums as sums
+from .light_floor import OVERHEAD, SHEAR, TILTED, LightFrame, moved, scaled, turned
 from .mesh_sweeps import PASS as PASS
 from .mesh_sweeps import hide_light
 
@@ -67,8 +68,8 @@ def _sweeps_of(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str, list
 
 
 def make_stage(frames: Sequence[LightFrame]) -> Usd.Stage:
-    """Return what ``light_sweeps.make_stage`` does, its light a solid that :data:`PASS` hides from the camera."""
-    stage = lights.make_stage(frames)
+    """Return what ``light_floor.make_stage`` does, its light a solid that :data:`PASS` hides from the camera."""
+    stage = floor.make_stage(frames)
     light = stage.GetPrimAtPath("/Light")
     for name, value in _SIZES[frames[0].kind].items():
         light.GetAttribute(name).Set(value)
@@ -87,7 +88,7 @@ def expected(frame: LightFrame, points: np.ndarray) -> np.ndarray:
         points: Of the floor, shape [n, 3].
     """
     places, areas = _patches(frame)
-    scale = lights.radiance_of(frame) / math.pi
+    scale = sums.radiance_of(frame) / math.pi
     if frame.attributes.get("normalize"):
         scale = scale / np.linalg.norm(areas, axis=1).sum()
     return np.array([scale * _irradiance(frame, places - point, areas) for point in points])
@@ -97,11 +98,11 @@ def _irradiance(frame: LightFrame, to_light: np.ndarray, areas: np.ndarray) -> n
     """Return a floor point's irradiance from patches of radiance 1, the point at the origin: shape [3]."""
     distance = np.linalg.norm(to_light, axis=1)
     wi = to_light / distance[:, None]
-    weight = np.maximum(-(areas * wi).sum(axis=1), 0) / distance**2 * np.maximum(wi @ lights.UP, 0)
+    weight = np.maximum(-(areas * wi).sum(axis=1), 0) / distance**2 * np.maximum(wi @ floor.UP, 0)
     axis = frame.matrix[:3, 2] / np.linalg.norm(frame.matrix[:3, 2])
-    radiance = lights.float64_lights().shaping(lights.light_of(frame), wi @ axis)
+    radiance = sums.float64_lights().shaping(sums.light_of(frame), wi @ axis)
     if "shaping:ies:file" in frame.attributes:
-        weight = weight * lights.profile_of(frame, -wi @ np.linalg.inv(frame.matrix[:3, :3]).T)
+        weight = weight * sums.profile_of(frame, -wi @ np.linalg.inv(frame.matrix[:3, :3]).T)
     return np.asarray((radiance * weight[:, None]).sum(axis=0))
 
 

@@ -11,6 +11,7 @@ from warp_rt import Renderer, RenderOptions, load_scene
 
 from ..benchmark_modules import load
 
+light_files, light_floor = load("light_files"), load("light_floor")
 light_sweeps, radiometry = load("light_sweeps"), load("radiometry")
 ACROSS = 6
 # Every other pixel, as on a chequerboard: of two that mirror each other at the light's plane, which is that of most
@@ -21,7 +22,7 @@ TYPES = (*light_sweeps.AREA_LIGHTS, "DistantLight", "DomeLight", *radiometry.SWE
 
 @pytest.fixture(scope="module")
 def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict:
-    files = light_sweeps.write_files(tmp_path_factory.mktemp("lights"))
+    files = light_files.write_files(tmp_path_factory.mktemp("lights"))
     found: dict = {}
     for light, name, frames in radiometry.all_sweeps(files):
         found.setdefault(light, {})[name] = frames
@@ -31,7 +32,7 @@ def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict:
 @pytest.mark.parametrize("light", TYPES)
 def test_floors_within_one_percent(light: str, sweeps: dict) -> None:
     """Each pixel away from the terminator; distant lights to a thousandth, means to half a percent."""
-    points = light_sweeps.floor_points(ACROSS)[CHECKED]
+    points = light_floor.floor_points(ACROSS)[CHECKED]
     module = radiometry.SWEEPS.get(light, light_sweeps)
     pixel_goal, mean_goal = (1e-3, 1e-3) if light == "DistantLight" else (0.01, 0.005)
     for name, frames in sweeps[light].items():
