@@ -397,8 +397,11 @@ DISK_LOW = wp.constant(1.0e-3)
 AIMED_END = wp.constant(1.57)
 """Angle to a light's axis up to which samples are aimed [rad]: short of 90 degrees, where the lobe's logarithm ends."""
 
-AIMED_LEAST = wp.constant(0.5)
-"""Part of what is seen of a mesh light that its cone and focus must take from it for samples to be aimed."""
+AIMED_MESH_CONE = wp.constant(0.5)
+"""Part of what is seen of a mesh light that its cone must take from it for samples to be aimed;"""
+
+AIMED_MESH_FOCUS = wp.constant(0.65)
+"""the same of a focus."""
 
 AIMED_CONE = wp.constant(0.5)
 """The same of other lights, where that is a cone: all samples are aimed, for the sector holds all that is left."""
@@ -418,8 +421,8 @@ LIGHT_CELLS = wp.constant(8)
 LIGHT_CELLS_FINE = wp.constant(16)
 """At least so many where the rim of a cone cuts through it, or where it has a texture or a profile."""
 
-LIGHT_CELLS_MAX = wp.constant(64)
-"""Most of them, where a narrow cone cuts through a light that looks large; 0.3 milliseconds."""
+LIGHT_CELLS_MAX = wp.constant(72)
+"""Most of them, where a narrow cone cuts through a light that looks large; 0.4 milliseconds."""
 
 SLIVER_CELLS = wp.constant(8.0)
 """Cells across what a cone leaves of a light, at least: where it is less, more cells find it."""

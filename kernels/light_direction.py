@@ -4,6 +4,8 @@
 
 import warp as wp
 
+from .sampling import concentric_disk
+
 
 @wp.struct
 class LightDirection:
@@ -25,16 +27,16 @@ def cone_cap(sine2: float) -> float:
 
 @wp.func
 def direction_in_cone(cap: float, u: wp.vec2) -> wp.vec3:
-    """Return a unit direction of the cone about +z, uniform in solid angle.
+    """Return a unit direction of the cone about +z, uniform in solid angle; what is near in the square stays near.
 
     Args:
         cap: 1 - cos of the cone's half angle, up to 2.
         u: Point of the unit square.
     """
-    height = u[0] * cap  # 1 - cos: its sine keeps all digits in the narrowest cone
-    sine = wp.sqrt(height * (2.0 - height))
-    turn = 2.0 * wp.pi * u[1]
-    return wp.vec3(sine * wp.cos(turn), sine * wp.sin(turn), 1.0 - height)
+    p = concentric_disk(u)
+    height = wp.length_sq(p) * cap  # 1 - cos: its sine keeps all digits in the narrowest cone
+    side = wp.sqrt(cap * (2.0 - height))
+    return wp.vec3(p[0] * side, p[1] * side, 1.0 - height)
 
 
 @wp.func

@@ -17,7 +17,7 @@ from .ray_counts import count_shadow
 from .response import Shading, eval_response, unmirrored_scales
 from .sample_emitter import Emitter, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
-from .sampling import branch_key, sequence_point, shuffle_index
+from .sampling import branch_key, finer_bits, mirrored_point, shuffle_index
 from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_sum, cast_shadow
 from .structs import SceneData
@@ -58,9 +58,11 @@ def sampled_illumination(
     own_key = branch_key(key, emitter.row + LIGHT_BRANCH)
     tell_samples(observer)
     begin_sum(shadows)
+    finer = finer_bits(frame.sample_count * frame.light_samples)
     for k in range(frame.light_samples):
         index = shuffle_index(wp.uint32(sample * frame.light_samples + k), own_key)
-        s = sample_emitter(scene, shading, surface.position, emitter, sequence_point(index, own_key))
+        u = mirrored_point(index, own_key, finer)
+        s = sample_emitter(scene, shading, surface.position, emitter, u)
         if max_magnitude(s.irradiance) > 0.0 and facing(scene, surface, shading, s.wi, features) > 0.0:
             visible = wp.vec3(1.0, 1.0, 1.0)
             if emitter.casts_shadow != 0:

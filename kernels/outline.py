@@ -16,7 +16,6 @@ from .light import KIND_CYLINDER, KIND_RECT, KIND_SPHERE
 from .light_direction import solve_axes
 from .light_structs import LightData
 from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
-from .sample_cylinder import view_cylinder
 from .structs import SceneData
 from .vector import face_forward, perpendicular_frame
 
@@ -76,12 +75,15 @@ def outline_of(light: wp.ref[LightData], to_center: wp.vec3) -> Outline:
             o.edges = edges
         return o
     if light.kind == KIND_CYLINDER:
-        view = view_cylinder(to_center, x, y, z)
-        if view.sine > 0.0:
+        # The arc of its section that faces the surface: acos(1 / d) either way, at d radii.
+        local = solve_axes(x, y, z, to_center)
+        d2 = local[1] * local[1] + local[2] * local[2]
+        if d2 > 1.0:
+            toward = -wp.vec2(local[1], local[2]) / wp.sqrt(d2)
             o.center = x
-            o.x = y * view.toward[0] + z * view.toward[1]
-            o.y = z * view.toward[0] - y * view.toward[1]
-            o.half_arc = wp.asin(wp.min(view.sine, 1.0))
+            o.x = y * toward[0] + z * toward[1]
+            o.y = z * toward[0] - y * toward[1]
+            o.half_arc = wp.asin(wp.sqrt(1.0 - 1.0 / d2))
             o.edges = edges
         return o
     if wp.dot(to_center, light.normal) > 0.0:

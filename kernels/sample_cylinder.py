@@ -9,52 +9,124 @@ from .light_direction import LightDirection, solve_axes
 
 @wp.struct
 class CylinderView:
-    """A cylinder as a point outside sees it, in the space where its section is the unit circle."""
+    """A cylinder as a point outside sees it: angles about its axis, and along it."""
 
-    toward: wp.vec2
-    """Unit direction in the section, from the axis to the point."""
-    sine: wp.float32
-    """Of half the arc that faces the point; 0: the point is inside, where no light is."""
+    axis: wp.vec3
+    """Unit."""
+    y: wp.vec3
+    """Conjugate half axis of the section that is square to the axis; so too ``z``."""
+    z: wp.vec3
+    half: wp.float32
+    """Half its length."""
+    middle: wp.float32
+    """Where its middle is along the axis, but for ``lean``."""
+    lean: wp.vec2
+    """By how much a line's middle moves along the axis with its place in the section: 0 but under a shear."""
+    center: wp.vec2
+    """Its axis, in the space where the section is a unit circle and the point is the origin."""
+    first: wp.vec3
+    """Unit direction, square to the axis, of the first line that is seen; ``side`` is square to both."""
+    side: wp.vec3
+    turn: wp.float32
+    """Angle from the first line to the last [rad]; 0: the point is inside, where no light is."""
 
 
 @wp.func
 def view_cylinder(center: wp.vec3, x: wp.vec3, y: wp.vec3, z: wp.vec3) -> CylinderView:
-    """Return the arc of a cylinder's section that faces the origin: acos(1 / d) either way, at d radii."""
+    """Return a cylinder as the origin sees it.
+
+    Args:
+        center: As seen from the point.
+        x: Half the cylinder, along its axis.
+        y: Conjugate half axis of its section; so too ``z``.
+        z: Conjugate half axis of its section.
+    """
+    view = CylinderView()
     local = solve_axes(x, y, z, center)
     d2 = local[1] * local[1] + local[2] * local[2]
-    view = CylinderView()
-    if d2 > 1.0:
-        view.toward = -wp.vec2(local[1], local[2]) / wp.sqrt(d2)
-        view.sine = wp.sqrt(1.0 - 1.0 / d2)
+    if d2 <= 1.0:
+        return view
+    view.half = wp.length(x)
+    view.axis = x / view.half
+    view.lean = wp.vec2(wp.dot(y, view.axis), wp.dot(z, view.axis))
+    view.y = y - view.axis * view.lean[0]
+    view.z = z - view.axis * view.lean[1]
+    view.middle = local[0] * view.half
+    view.center = wp.vec2(local[1], local[2])
+    # The tangents of the circle: at a sine of 1 / d to its middle.
+    sine2 = 1.0 / d2
+    cosine = wp.sqrt(1.0 - sine2)
+    forth = view.y * local[1] + view.z * local[2]
+    across = view.z * local[1] - view.y * local[2]
+    sine = wp.sqrt(sine2)
+    first = forth * cosine - across * sine
+    last = forth * cosine + across * sine
+    normal = wp.cross(forth, across)
+    # |first x last|, which keeps its digits from afar.
+    area = 2.0 * sine * cosine * wp.length(normal)
+    view.turn = wp.atan2(area, wp.dot(first, last))
+    view.first = wp.normalize(first)
+    view.side = wp.cross(view.axis, view.first) * wp.sign(wp.dot(normal, view.axis))
     return view
 
 
+@wp.struct
+class CylinderLine:
+    """One of a cylinder's lines along its axis, and the density with which its points are sampled."""
+
+    h: wp.float32
+    """Its distance."""
+    middle: wp.float32
+    """Where its middle is along the axis."""
+    low: wp.float32
+    """Angle from square to the axis at which it begins [rad]."""
+    angle: wp.float32
+    """That it covers [rad]."""
+    pdf: wp.float32
+    """Density of a direction to one of its points [1/sr]."""
+    is_met: wp.int32
+    """0: the direction passes all lines."""
+
+
 @wp.func
-def line_pdf(sine: float, cosine: float, tangent: wp.vec3, axis: wp.vec3, wi: wp.vec3, reach: float) -> float:
-    """Return the density in solid angle of a direction to a point of one of the cylinder's lines.
+def line_of_cylinder(view: wp.ref[CylinderView], v: wp.vec3) -> CylinderLine:
+    """Return the line that is seen in a unit direction square to the axis, or that which passes it.
 
-    That of the line is cos / (2 sin of half the arc) in its angle, that of the point h / (angle d^2) in its place.
-
-    Args:
-        sine: Of half the arc that faces the point.
-        cosine: Of the line's angle from the direction towards the point.
-        tangent: Derivative of the line by its angle.
-        axis: Unit, of the cylinder.
-        wi: Unit direction to the point of the line.
-        reach: Distance of the line by the angle that it covers.
+    A solid angle is the product of the angle about an axis and the sine along it.
     """
-    seen = wp.abs(wp.dot(wp.cross(tangent, axis), wi))
-    if seen <= 0.0:
-        return 0.0
-    return cosine / (2.0 * sine) * reach / seen
+    line = CylinderLine()
+    area = wp.dot(wp.cross(view.y, view.z), view.axis)
+    w = wp.vec2(wp.dot(wp.cross(v, view.z), view.axis), wp.dot(wp.cross(view.y, v), view.axis)) / area
+    rate = wp.length(w)
+    w = w / rate
+    along = wp.dot(view.center, w)
+    off = view.center - w * along
+    inside = 1.0 - wp.dot(off, off)
+    line.is_met = 1 if along > 0.0 and inside >= 0.0 else 0
+    reach = along - wp.sqrt(wp.max(inside, 0.0))
+    line.h = wp.max(reach / rate, 1.0e-30)
+    line.middle = view.middle + wp.dot(view.lean, w) * reach
+    begin = line.middle - view.half
+    end = line.middle + view.half
+    line.low = wp.atan2(begin, line.h)
+    line.angle = wp.atan2(2.0 * view.half * line.h, line.h * line.h + begin * end)  # a small one in full digits
+    line.pdf = 1.0 / (view.turn * sine_of_line(line))
+    return line
+
+
+@wp.func
+def sine_of_line(line: wp.ref[CylinderLine]) -> float:
+    """Return the difference of the sines at which a line ends and begins, a small one in full digits."""
+    return 2.0 * wp.cos(line.low + 0.5 * line.angle) * wp.sin(0.5 * line.angle)
 
 
 @wp.func
 def sample_cylinder(center: wp.vec3, x: wp.vec3, y: wp.vec3, z: wp.vec3, u: wp.vec2) -> LightDirection:
     """Return a direction to the lateral surface of a cylinder; none from within, where no light is.
 
-    Lines along the axis are taken in proportion to how wide they look from far away, points on a line all angles along
-    it being as likely.
+    Lines along the axis are taken in proportion to how wide they look, by the angle about it; points on a line in
+    proportion to the solid angle that they cover, by the sine of the angle along it. So the density is uniform in solid
+    angle but for how long the lines look.
 
     Args:
         center: As seen from the point.
@@ -62,37 +134,21 @@ def sample_cylinder(center: wp.vec3, x: wp.vec3, y: wp.vec3, z: wp.vec3, u: wp.v
         y: Conjugate half axis of its section; so too ``z``.
         z: Conjugate half axis of its section.
         u: Point of the unit square.
-
-    Reference: Kulla and Fajardo (2012), Importance Sampling Techniques for Path Tracing in Participating Media, CGF
-    31(4), section 4.1, for the line.
     """
     s = LightDirection()
     view = view_cylinder(center, x, y, z)
-    if view.sine == 0.0:
+    if view.turn == 0.0:
         return s
-    sine = (2.0 * u[1] - 1.0) * view.sine
-    cosine = wp.sqrt(1.0 - sine * sine)
-    on_y = view.toward[0] * cosine - view.toward[1] * sine
-    on_z = view.toward[1] * cosine + view.toward[0] * sine
-    half = wp.length(x)
-    axis = x / half
-    line = center + y * on_y + z * on_z
-    middle = wp.dot(line, axis)
-    across = line - axis * middle
-    h = wp.max(wp.length(across), 1.0e-30)
-    angle = angle_of_line(h, middle, half)
-    place = h * wp.tan(wp.atan2(middle - half, h) + u[0] * angle)
-    p = across + axis * wp.clamp(place, middle - half, middle + half)
+    turn = u[1] * view.turn
+    v = view.first * wp.cos(turn) + view.side * wp.sin(turn)
+    line = line_of_cylinder(view, v)
+    sine = wp.sin(line.low) + u[0] * sine_of_line(line)
+    place = line.h * sine / wp.sqrt(wp.max(1.0 - sine * sine, 1.0e-12))
+    p = v * line.h + view.axis * wp.clamp(place, line.middle - view.half, line.middle + view.half)
     s.distance = wp.length(p)
     s.wi = p / s.distance
-    s.pdf = line_pdf(view.sine, cosine, z * on_y - y * on_z, axis, s.wi, h / angle)
+    s.pdf = line.pdf
     return s
-
-
-@wp.func
-def angle_of_line(h: float, middle: float, half: float) -> float:
-    """Return the angle that a line segment covers, as seen from distance ``h`` of its line; small ones in full."""
-    return wp.atan2(2.0 * half * h, h * h + (middle - half) * (middle + half))
 
 
 @wp.func
@@ -101,34 +157,16 @@ def meet_cylinder(center: wp.vec3, x: wp.vec3, y: wp.vec3, z: wp.vec3, wi: wp.ve
     s = LightDirection()
     s.wi = wi
     view = view_cylinder(center, x, y, z)
-    if view.sine == 0.0:
+    if view.turn == 0.0:
         return s
-    # In the section, the line from the point goes along (b, c); nearest to the axis it is ``off`` from it.
-    image = solve_axes(x, y, z, wi)
-    local = solve_axes(x, y, z, center)
-    rate = wp.sqrt(image[1] * image[1] + image[2] * image[2])
+    along = wp.dot(wi, view.axis)
+    square = wi - view.axis * along
+    rate = wp.length(square)
     if rate <= 0.0:
         return s
-    b = image[1] / rate
-    c = image[2] / rate
-    along = local[1] * b + local[2] * c
-    off_y = along * b - local[1]
-    off_z = along * c - local[2]
-    inside = 1.0 - off_y * off_y - off_z * off_z
-    if along <= 0.0 or inside < 0.0:
+    line = line_of_cylinder(view, square / rate)
+    if line.is_met == 0 or wp.abs(line.h * along / rate - line.middle) > view.half:
         return s
-    back = wp.sqrt(inside)
-    distance = (along - back) / rate
-    if wp.abs(distance * image[0] - local[0]) > 1.0:
-        return s
-    on_y = off_y - back * b
-    on_z = off_z - back * c
-    cosine = view.toward[0] * on_y + view.toward[1] * on_z
-    half = wp.length(x)
-    axis = x / half
-    line = center + y * on_y + z * on_z
-    middle = wp.dot(line, axis)
-    h = wp.max(wp.length(line - axis * middle), 1.0e-30)
-    s.distance = distance
-    s.pdf = line_pdf(view.sine, cosine, z * on_y - y * on_z, axis, wi, h / angle_of_line(h, middle, half))
+    s.distance = line.h / rate
+    s.pdf = line.pdf
     return s

@@ -6,7 +6,7 @@ import warp as wp
 
 from .cluster_walk import nearest_triangle
 from .codes import VARIED
-from .constants import AIMED_LEAST, AIMED_MOST, SHADOW_END
+from .constants import AIMED_MESH_CONE, AIMED_MESH_FOCUS, AIMED_MOST, SHADOW_END
 from .light_direction import LightDirection, cone_cap
 from .light_structs import LightData
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
@@ -26,7 +26,8 @@ def aim_of_mesh(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     d2 = wp.max(wp.length_sq(center), 1.0e-30)
     # About half of a surface's area is seen in the mean over all directions.
     seen = 2.0 * wp.pi * cone_cap(wp.min(wp.min(ball[3], 0.5 * mesh.area / wp.pi) / d2, 1.0))
-    return aim_at(light, center, ball[3], seen, AIMED_LEAST, AIMED_MOST)
+    least = AIMED_MESH_FOCUS if light.focus > 0.0 else AIMED_MESH_CONE
+    return aim_at(light, center, ball[3], seen, least, AIMED_MOST)
 
 
 @wp.func

@@ -73,6 +73,45 @@ def sequence_point(index: wp.uint32, key: wp.uint32) -> wp.vec2:
 
 
 @wp.func
+def finer_bits(count: int) -> wp.uint32:
+    """Return the fractional bits that are finer than the strata of a number of samples: all of them, of one sample."""
+    finer = ~wp.uint32(0)
+    rest = wp.uint32(count - 1)
+    while rest != wp.uint32(0):
+        finer = finer >> wp.uint32(1)
+        rest = rest >> wp.uint32(1)
+    return finer
+
+
+@wp.func
+def mirror_odd(bits: wp.uint32, finer: wp.uint32) -> wp.uint32:
+    """Return fractional bits, mirrored within their stratum if that is an odd one."""
+    if (bits & (finer + wp.uint32(1))) != wp.uint32(0):
+        return bits ^ finer
+    return bits
+
+
+@wp.func
+def mirrored_point(index: wp.uint32, key: wp.uint32, finer: wp.uint32) -> wp.vec2:
+    """Return a point of the sequence, scrambled like :func:`sequence_point`, whose strata are mirrored by turns.
+
+    Scrambling moves all points by the same within their strata, which integrals are wrong by in first order. Where each
+    coordinate's odd strata are mirrored it cancels; strata, and the even chance of each place, stay what they are.
+
+    Args:
+        index: Of the point.
+        key: Scrambling.
+        finer: The :func:`finer_bits` of all points that are taken.
+
+    Reference: Hickernell (2002), Obtaining O(N^(-2 + e)) Convergence for Lattice Quadrature Rules, Monte Carlo and
+    Quasi-Monte Carlo Methods 2000: each coordinate's points are those of a lattice under the baker's transformation.
+    """
+    first = radical_inverse(index) ^ key
+    second = sobol_second(index) ^ hash_uint(key)
+    return wp.vec2(unit_float(mirror_odd(first, finer)), unit_float(mirror_odd(second, finer)))
+
+
+@wp.func
 def shuffle_index(index: wp.uint32, key: wp.uint32) -> wp.uint32:
     """Return the index of a sample in a sequence of another domain, so that the two are not correlated.
 

@@ -21,11 +21,10 @@ from .light import (
     KIND_DISTANT,
     KIND_MESH,
     KIND_POINT,
-    KIND_SPHERE,
     LightSample,
     sample_light,
 )
-from .light_direction import LightDirection, half_angle
+from .light_direction import half_angle
 from .light_structs import LightData
 from .light_variation import (
     CUT,
@@ -41,7 +40,6 @@ from .light_variation import (
 from .outline import SeenPart, bounding_square, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
-from .sampling import concentric_disk
 from .structs import SceneData
 from .vector import max_magnitude
 from .whole_mesh import mesh_light
@@ -116,24 +114,6 @@ def cell_count(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp
     return even_count(count)
 
 
-@wp.func
-def sample_cell(light: wp.ref[LightData], position: wp.vec3, u: wp.vec2) -> LightDirection:
-    """Return what ``sample_extent`` does, by squares of the unit square that are about as long as wide as seen.
-
-    A sphere's sampler takes polar coordinates, whose cells would be wedges.
-
-    Args:
-        light: One with an extent.
-        position: Of the surface.
-        u: Point of the unit square.
-    """
-    if light.kind == KIND_SPHERE:
-        q = concentric_disk(u)
-        turn = wp.atan2(q[1], q[0]) / (2.0 * wp.pi)
-        return sample_extent(light, position, wp.vec2(wp.length_sq(q), turn if turn >= 0.0 else turn + 1.0))
-    return sample_extent(light, position, u)
-
-
 @wp.struct
 class MeanRadiance:
     """Of what a surface sees of a light, by what each part would send there if all were alike."""
@@ -171,10 +151,10 @@ def mean_radiance(
         row = 2 * (block / (count / 2))
         column = 2 * (block - (row / 2) * (count / 2))
         u = wp.vec2(float(column) + 0.5, float(row) + 0.5) * step
-        a = sample_cell(light, position, u)
-        b = sample_cell(light, position, u + wp.vec2(step, 0.0))
-        c = sample_cell(light, position, u + wp.vec2(0.0, step))
-        d = sample_cell(light, position, u + wp.vec2(step, step))
+        a = sample_extent(light, position, u)
+        b = sample_extent(light, position, u + wp.vec2(step, 0.0))
+        c = sample_extent(light, position, u + wp.vec2(0.0, step))
+        d = sample_extent(light, position, u + wp.vec2(step, step))
         cell = EmissionCell()
         if light.cone_angle < wp.pi or light.profile >= 0:
             angle_a = angle_to_axis(light, a.wi)
