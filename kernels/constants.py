@@ -448,6 +448,13 @@ ROUNDED = wp.constant(1.0e-6)
 MERIDIAN_STEPS = wp.constant(6.0)
 """Pieces of an outline by half the angle that a light covers, at least: the rim of a cone is met within one of them."""
 
+OFF_AXIS = wp.constant(0.25)
+"""Angle to a light's axis, by that of its cone, beyond which what is seen of it is summed from where it is dark. There
+edges are near the end of that sum, where the azimuth changes the faster."""
+
+FOCUS_STEP = wp.constant(1.2)
+"""Longest piece of an edge by the angle in which a focused light falls to 1 / e: two-point rules are off by 0.1 %."""
+
 WIDE_CHORD = wp.constant(0.25)
 """Half the chord of an edge above which its pieces are of the same angle, and not of the same length."""
 

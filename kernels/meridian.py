@@ -17,7 +17,17 @@ Reference: Arvo (1995), Applications of Irradiance Tensors to the Simulation of 
 
 import warp as wp
 
-from .constants import FAR_END, FAR_END_STEP, GAUSS_POINT, MERIDIAN_CELLS, MERIDIAN_STEPS, WIDE_CHORD
+from .constants import (
+    FAR_END,
+    FAR_END_STEP,
+    FOCUS_DARK,
+    FOCUS_STEP,
+    GAUSS_POINT,
+    MERIDIAN_CELLS,
+    MERIDIAN_STEPS,
+    OFF_AXIS,
+    WIDE_CHORD,
+)
 from .light_direction import half_angle
 from .light_structs import LightData
 from .profile import find_angle
@@ -26,7 +36,7 @@ from .structs import SceneData
 
 @wp.struct
 class MeridianView:
-    """Meridians of a light about the end of its axis that is nearer to where it is seen."""
+    """Meridians of a light about one end of its axis."""
 
     axis: wp.vec3
     """Unit, from the surface to that end; zero for a light that has no meridians."""
@@ -57,13 +67,17 @@ class ShapedFlux:
 
 @wp.func
 def meridian_view(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> MeridianView:
-    """Return how a light's meridians lie to a surface.
+    """Return how the meridians of a light, or of a part of it, lie to a surface.
+
+    They are those about the end of its axis that is nearer to where it is seen; or about the other one, if it is dark
+    there, and what is seen is off the axis: the sums then begin at the rim and are as small as what is left there,
+    where those from the axis on would cancel.
 
     Args:
         scene: Meridians.
         light: Any light.
-        to_center: From the surface to its centre.
-        size2: Squared radius of a ball that holds it.
+        to_center: From the surface to the middle of it, or of its part.
+        size2: Squared radius of a ball that holds that.
     """
     view = MeridianView()
     if light.meridians < 0:
@@ -74,13 +88,20 @@ def meridian_view(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center:
     view.first = data.offset
     view.begin = data.begin
     view.reach = data.end - data.begin
-    if wp.dot(to_center, light.axis_z) < 0.0:
+    d2 = wp.max(wp.length_sq(to_center), 1.0e-30)
+    half = half_angle(size2, d2)
+    cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(d2)
+    nearest = wp.max(wp.acos(wp.clamp(wp.abs(cosine), 0.0, 1.0)) - half, 0.0)
+    if cosine < 0.0 or (data.end < wp.pi and nearest > OFF_AXIS * data.end):
         view.axis = -light.axis_z
         view.first += numbers
         view.begin = wp.pi - data.end
     view.open = view.first + 2 * numbers if data.has_open != 0 else view.first
     view.planes = data.planes
-    view.step = wp.min(data.step, half_angle(size2, wp.length_sq(to_center)) / MERIDIAN_STEPS)
+    view.step = wp.min(data.step, half / MERIDIAN_STEPS)
+    if light.focus > 0.0 and wp.pow(wp.cos(nearest), light.focus) > FOCUS_DARK:
+        # Off the axis it falls the steeper.
+        view.step = wp.min(view.step, FOCUS_STEP / wp.max(light.focus * wp.tan(nearest), 1.0e-3))
     return view
 
 

@@ -213,12 +213,13 @@ def piece_view(
     half = half_angle(size2, wp.length_sq(middle))
     if half > WIDE_PIECE:
         return CUT
+    theta = angle_to_axis(light, wp.normalize(middle))
     if view == CUT:
-        soft = light.cone_angle * light.cone_softness
+        # Towards the rim of a soft cone little is left, of which a point more or less makes much.
+        soft = wp.min(light.cone_angle * light.cone_softness, wp.max(light.cone_angle - theta, 0.0))
         if half > wp.max(grain.rim, SOFT_PIECE * soft):
             return CUT
         view = RIM if soft < half / SOFT_PIECE else int(EVEN)
-    theta = angle_to_axis(light, wp.normalize(middle))
     limit = HORIZON_PIECE if is_low else FOCUS_PIECE
     if light.focus > 0.0 and half * focus_rate(light, theta, half) > limit:
         return CUT
@@ -344,11 +345,13 @@ def add_outline(
         grain: How the meridians lie.
     """
     seen = polygon_above(triangle, n)
+    view = meridian_view(scene, light, middle_of(triangle), ball_square(triangle))
+    view.step = wp.min(view.step, grain.meridians.step)
     shaped = ShapedFlux()
     for k in range(seen.count):
         a = seen.offsets[k]
         b = seen.offsets[(k + 1) % seen.count]
-        add_edge(scene, light, grain.meridians, seen.to_middle, a, b, shaped)
+        add_edge(scene, light, view, seen.to_middle, a, b, shaped)
     # As with Lambert's formula the sign is that of the winding.
     sign = 1.0 if wp.dot(wp.cross(triangle.side_x, triangle.side_y), triangle.origin) > 0.0 else -1.0
     tinted = wp.cw_mul(light.emission, light.focus_tint)

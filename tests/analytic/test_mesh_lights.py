@@ -13,6 +13,7 @@ from pxr import Usd
 from warp_rt import Scene, load_scene
 from warp_rt.scene import Light, LightKind, Material
 
+from ..lights_float64 import shaping as shaped_by
 from .scenes import lamp, looking, parallel, preview, radiance, scene_of, square, whitted
 
 L = np.array([2.0, 1.0, 0.5])
@@ -239,6 +240,20 @@ def test_cone_and_focus_shape_it() -> None:
     for samples in (0, 16):
         assert lit(light, (0.3, 0.1), light_samples=samples)[0] > 0
         assert lit(light, (1.5, 0.1), light_samples=samples)[0] == 0
+
+
+def test_little_that_a_cone_leaves_of_a_ball() -> None:
+    """Where it is a ten thousandth as bright as on its axis, which looks up: beside the sum over small patches."""
+    matrix = looking((0.547, 0.448, 0.707), (-0.979, -0.984, 1.405))
+    light = mesh(ball(), matrix, cone_angle=np.radians(60), cone_softness=0.2, focus=12.0)
+    corners = refined(ball().astype(float), 4) @ matrix[:3, :3].T + matrix[:3, 3]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    for place in ((1.05, 5.24), (3.14, 5.24), (5.24, 5.24), (5.24, 1.05)):
+        to_light = corners.mean(axis=1) - (*place, 0.0)
+        d = np.linalg.norm(to_light, axis=1)
+        seen = np.maximum(-(to_light * normal).sum(axis=1), 0.0) * np.maximum(to_light[:, 2], 0.0) / d**4
+        factor = shaped_by(light, to_light @ matrix[:3, 2] / d)[:, 0]
+        assert lit(light, place)[0] / L[0] == pytest.approx((seen * factor).sum() / np.pi, rel=0.01)
 
 
 @pytest.mark.parametrize("times", [0, 2, 4])

@@ -154,6 +154,23 @@ def test_whole_lights_under_uneven_scales_and_on_the_horizon(kind: LightKind) ->
         np.testing.assert_allclose(got, irradiances(light, PLACES, UP, count=256), rtol=1e-3)
 
 
+def test_little_that_a_cone_leaves_of_uneven_lights() -> None:
+    """Summed from the axis on, where they are a thousand times as bright, the digits of what is seen would cancel."""
+    soft = {"cone_angle": np.radians(45), "cone_softness": 1.0}
+    turned = np.array([[0.215, -0.156, -0.4865], [0.355, 1.87, 0.002], [0.91, -0.692, 0.1145]])
+    cases = [(LightKind.CYLINDER, turned, (1.491, 1.336, 6.121), {"radius": 1.0, "length": 1.0}, soft, (5.24, 5.24))]
+    turned = np.array([[1.036, 0.56, -0.383], [0.968, -0.433, -0.7225], [-1.34, 0.121, -0.817]])
+    soft = {"cone_angle": np.radians(60), "cone_softness": 0.4055}
+    cases += [(LightKind.SPHERE, turned, (-0.2, 0.767, 2.0), {"radius": 0.5}, soft, (3.14, 5.24))]
+    for kind, linear, center, shape, shaping, place in cases:
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = linear, center
+        light = Light("/lamp", kind, matrix, (1.0, 1.0, 1.0), **shape, **shaping)
+        scene = scene_of(square(whitted(diffuse=1.0), half=20), lights=[light])
+        expected = irradiance(light, np.array([*place, 0.0]), UP, count=600)[0] / np.pi
+        assert radiance(scene, parallel((*place, 0.01)))[0] == pytest.approx(expected, rel=2e-3)
+
+
 @pytest.mark.parametrize(
     ("degrees", "height"), [(60.0, 0.3), (150.0, 0.3), (300.0, 0.3), (0.53, 0.0), (0.53, 0.003), (0.53, -0.002)]
 )
