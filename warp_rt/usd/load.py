@@ -33,7 +33,7 @@ from warp_rt.usd.placement import Group, PlacedPrim
 from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.render_pass import PassCollections, without_unused
 from warp_rt.usd.rendering_space import RenderingSpace
-from warp_rt.usd.settings import read_settings, report_missing_camera, report_unused, settings_of_pass
+from warp_rt.usd.settings import RenderTerms, read_settings, report_missing_camera, report_unused, settings_of_pass
 from warp_rt.usd.stage import (
     captured_warnings,
     error_text,
@@ -118,10 +118,7 @@ def load_stage(
     """
     report = Report()
     with captured_warnings(report), _readable(path_or_stage):
-        if isinstance(path_or_stage, Usd.Stage):
-            stage, source = path_or_stage, path_or_stage.GetRootLayer().realPath
-        else:
-            stage, source = open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
+        stage, source = _opened(path_or_stage, mask, session_layer)
         report_composition(stage, report)
         code = stage_time(stage, time, default_time, report)
         if base_time is None:
@@ -164,11 +161,7 @@ def load_stage(
             cameras = without_idle_shutters(stage, cameras, code)
         report_missing_primvars(stage, group, gprims, materials.materials, materials.textures, report)
         report_beyond_images(group, gprims, materials.materials, materials.textures, materials.unknown_beyond, report)
-        in_force = tuple(dict.fromkeys((terms.settings, *(product.settings for product in terms.products))))
-        for settings in in_force:
-            report_missing_camera(settings, cameras, stage, report)
-        report_unexposed(cameras, in_force, report)
-        report_unused(terms.settings, walk.render_prims, stage, report, pass_path)
+        _report_settings(terms, cameras, walk.render_prims, stage, pass_path, report)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"
             report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
@@ -201,6 +194,17 @@ def load_stage(
     return replace(scene, diagnostics=tuple(report))
 
 
+def _opened(
+    path_or_stage: str | os.PathLike[str] | Usd.Stage,
+    mask: Sequence[str],
+    session_layer: str | os.PathLike[str] | None,
+) -> tuple[Usd.Stage, str]:
+    """Return the stage and the file that it is of; an open one as it is."""
+    if isinstance(path_or_stage, Usd.Stage):
+        return path_or_stage, path_or_stage.GetRootLayer().realPath
+    return open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
+
+
 @contextmanager
 def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[None]:
     """Name the stage that is refused: beyond a limit, or its names or tokens no text, which Python cannot be given."""
@@ -212,6 +216,22 @@ def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[Non
         raise LimitError(f"{name}: {error}") from error
     except UnicodeDecodeError as error:
         raise SceneError(f"{name}: the file is damaged: it holds text that is not UTF-8") from error
+
+
+def _report_settings(
+    terms: RenderTerms,
+    cameras: Sequence[Camera],
+    render_prims: Sequence[str],
+    stage: Usd.Stage,
+    pass_path: str | None,
+    report: Report,
+) -> None:
+    """Report what render settings, and those of their products, ask for and the stage has not, or that goes unused."""
+    in_force = tuple(dict.fromkeys((terms.settings, *(product.settings for product in terms.products))))
+    for settings in in_force:
+        report_missing_camera(settings, cameras, stage, report)
+    report_unexposed(cameras, in_force, report)
+    report_unused(terms.settings, render_prims, stage, report, pass_path)
 
 
 def _has_program(material: Material) -> bool:

@@ -141,27 +141,11 @@ def read_nurbs_patch(
     """
     path = str(prim.GetPath())
     schema = UsdGeom.NurbsPatch(prim)
-    points = read_points(prim, time, carried_to)
-    if points is None or not len(points):
-        report.warn(EMPTY, path, "NurbsPatch without points")
-        return None
-    points, skin = pose(points, skin, prim, report)
-    if not (np.isfinite(points).all() and np.abs(points).max() <= MAX_COORDINATE):
-        report.warn(BAD_POINT, path, "NurbsPatch left out, point not finite")
-        return None
     attributes = AttributeReader(prim, time, INVALID_VALUE, report)
-    along_u, along_v = (_read_pieces(prim, axis, attributes, time, report) for axis in "uv")
-    if along_u is None or along_v is None:
+    read = _read_patch(prim, attributes, time, skin, carried_to, report)
+    if read is None:
         return None
-    (u, u_count), (v, v_count) = along_u, along_v
-    if u_count * v_count != len(points):
-        report.warn(BAD_PATCH, path, f"left out: {u_count} x {v_count} control points, {len(points)} points")
-        return None
-    weights = point_weights(schema.GetPointWeightsAttr(), len(points), time, BAD_PATCH, report)
-    patch = Patch(points, weights, u, v, u_count)
-    if not patch.size > 0:
-        report.warn(EMPTY, path, "NurbsPatch of no size")
-        return None
+    patch, (u_count, v_count), skin = read
     tolerance = TOLERANCE * patch.size / 4**level
     steps = count_steps(patch, tolerance)
     count = 2 * int(steps[0].sum()) * int(steps[1].sum())
@@ -197,6 +181,42 @@ def read_nurbs_patch(
         is_closed=encloses_volume(mesh_points, triangles),
     )
     return MeshSource(mesh, subsets)
+
+
+def _read_patch(
+    prim: Usd.Prim,
+    attributes: AttributeReader,
+    time: Usd.TimeCode,
+    skin: Skin | None,
+    carried_to: Usd.TimeCode | None,
+    report: Report,
+) -> tuple[Patch, tuple[int, int], Skin | None] | None:
+    """Return a patch, its control points along u and v, and the skin if it bends them.
+
+    None, with a diagnostic, where that makes no surface.
+    """
+    path = str(prim.GetPath())
+    points = read_points(prim, time, carried_to)
+    if points is None or not len(points):
+        report.warn(EMPTY, path, "NurbsPatch without points")
+        return None
+    points, skin = pose(points, skin, prim, report)
+    if not (np.isfinite(points).all() and np.abs(points).max() <= MAX_COORDINATE):
+        report.warn(BAD_POINT, path, "NurbsPatch left out, point not finite")
+        return None
+    along_u, along_v = (_read_pieces(prim, axis, attributes, time, report) for axis in "uv")
+    if along_u is None or along_v is None:
+        return None
+    (u, u_count), (v, v_count) = along_u, along_v
+    if u_count * v_count != len(points):
+        report.warn(BAD_PATCH, path, f"left out: {u_count} x {v_count} control points, {len(points)} points")
+        return None
+    weights = point_weights(UsdGeom.NurbsPatch(prim).GetPointWeightsAttr(), len(points), time, BAD_PATCH, report)
+    patch = Patch(points, weights, u, v, u_count)
+    if not patch.size > 0:
+        report.warn(EMPTY, path, "NurbsPatch of no size")
+        return None
+    return patch, (u_count, v_count), skin
 
 
 def _along_segment(pieces: Pieces, piece: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
