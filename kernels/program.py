@@ -28,6 +28,8 @@ from .op_codes import (
     OP_FLOOR,
     OP_GREATER,
     OP_GREATER_EQUAL,
+    OP_GROWTH_S,
+    OP_GROWTH_T,
     OP_LENGTH,
     OP_LOG,
     OP_MAXIMUM,
@@ -57,6 +59,7 @@ from .op_codes import (
     OP_WORLEY_CELLS_2D,
     OP_WORLEY_CELLS_3D,
 )
+from .ray_differential import coordinate_growth
 from .structs import InstructionData, SceneData
 from .surface import Surface
 from .surface_primvar import eval_primvar, surface_tangents
@@ -83,6 +86,10 @@ def of_surface(
     if step.op == OP_TANGENT_WORLD:
         tangent, _bitangent = surface_tangents(scene, surface, step.data)
         return padded(wp.normalize(tangent))
+    if step.op == OP_GROWTH_S:
+        return padded(vector_to_object(scene, surface, coordinate_growth(scene, surface, step.data, 0)))
+    if step.op == OP_GROWTH_T:
+        return padded(vector_to_object(scene, surface, coordinate_growth(scene, surface, step.data, 1)))
     if step.op == OP_PRIMVAR:
         return eval_primvar(scene, surface, step.data, scene.program_values[step.values])
     return texture_of(scene, surface, step.data, is_averaged)

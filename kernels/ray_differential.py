@@ -313,6 +313,34 @@ def track_eye(scene: wp.ref[SceneData], frame: wp.ref[FrameData], eye: wp.ref[Ra
         eye.differential = eye_differential(frame, eye.origin, eye.direction)
 
 
+@wp.func(inline=False)
+def coordinate_growth(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, axis: int) -> wp.vec3:
+    """Return how a surface point moves in the plane of the surface, world space, as a texture coordinate grows.
+
+    The inverse of ``coordinate_differential``; 0 where the two coordinates are no coordinates of the plane.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        slot: Of the primvar.
+        axis: 0: of the first, while the second stays; 1: the other way round.
+    """
+    n = surface.n_geometric
+    beside = wp.vec3(1.0, 0.0, 0.0)
+    if wp.abs(n[0]) > 0.5:
+        beside = wp.vec3(0.0, 1.0, 0.0)
+    x = wp.normalize(wp.cross(n, beside))
+    y = wp.cross(n, x)
+    by_x = coordinate_differential(scene, surface, slot, x)
+    by_y = coordinate_differential(scene, surface, slot, y)
+    det = by_x[0] * by_y[1] - by_x[1] * by_y[0]
+    if det == 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    if axis == 0:
+        return (x * by_y[1] - y * by_x[1]) / det
+    return (y * by_x[0] - x * by_y[0]) / det
+
+
 @wp.func
 def track_eye(scene: wp.ref[SceneData], frame: wp.ref[FrameData], eye: wp.ref[RayTask], features: wp.ref[PlainScene]):
     """Do nothing: there is no texture."""

@@ -31,64 +31,68 @@ class Op(IntEnum):
     POSITION_ACROSS = 5
     """How ``POSITION`` changes from one sample to the next across the picture; ``POSITION_DOWN``: down."""
     POSITION_DOWN = 6
-    PRIMVAR = 7
+    GROWTH_S = 7
+    """How ``POSITION`` changes along the surface with the first component of the step's primvar, the second staying;
+    ``GROWTH_T``: with the second. 0 where there is none."""
+    GROWTH_T = 8
+    PRIMVAR = 9
     """The step's primvar; where there is none, its value."""
-    TEXTURE = 8
+    TEXTURE = 10
     """The step's texture at its own coordinates."""
-    TEXTURE_AT = 9
+    TEXTURE_AT = 11
     """The step's texture at coordinates a, which change by b from one sample to the next across, and by c down."""
-    POINT_TO_WORLD = 10
+    POINT_TO_WORLD = 12
     """a, a point of the prim's space; so too the five that follow."""
-    POINT_TO_OBJECT = 11
-    VECTOR_TO_WORLD = 12
-    VECTOR_TO_OBJECT = 13
-    NORMAL_TO_WORLD = 14
+    POINT_TO_OBJECT = 13
+    VECTOR_TO_WORLD = 14
+    VECTOR_TO_OBJECT = 15
+    NORMAL_TO_WORLD = 16
     """Unit; so too the next one."""
-    NORMAL_TO_OBJECT = 15
-    AFFINE = 16
+    NORMAL_TO_OBJECT = 17
+    AFFINE = 18
     """The step's first value + a sum over the components of a, each times one of its other values; + b if it adds."""
-    UNIT = 17
+    UNIT = 19
     """a over its length."""
-    LENGTH = 18
-    CROSS = 19
-    PERLIN_2D = 20
-    PERLIN_3D = 21
-    CELLS_2D = 22
-    CELLS_3D = 23
-    WORLEY_2D = 24
+    LENGTH = 20
+    CROSS = 21
+    PERLIN_2D = 22
+    PERLIN_3D = 23
+    CELLS_2D = 24
+    CELLS_3D = 25
+    WORLEY_2D = 26
     """Distances to the nearest points, as many as the step's size says, jittered by b; so too ``WORLEY_3D``."""
-    WORLEY_3D = 25
-    WORLEY_CELLS_2D = 26
+    WORLEY_3D = 27
+    WORLEY_CELLS_2D = 28
     """Numbers of the cell whose point is nearest."""
-    WORLEY_CELLS_3D = 27
-    MULTIPLY = 28
+    WORLEY_CELLS_3D = 29
+    MULTIPLY = 30
     """From here on: component by component, as the NumPy functions of these names."""
-    RECIPROCAL = 29
-    CLIP = 30
-    CHOOSE = 31
+    RECIPROCAL = 31
+    CLIP = 32
+    CHOOSE = 33
     """b where a is not 0, else c."""
-    GREATER = 32
+    GREATER = 34
     """1 or 0; so too the next two."""
-    GREATER_EQUAL = 33
-    EQUAL = 34
-    MINIMUM = 35
-    MAXIMUM = 36
-    POWER = 37
-    MODULO = 38
-    ARCTAN2 = 39
-    ABSOLUTE = 40
-    SIGN = 41
-    FLOOR = 42
-    CEIL = 43
-    SQRT = 44
-    EXP = 45
-    EXP2 = 46
-    LOG = 47
-    SIN = 48
-    COS = 49
-    TAN = 50
-    ARCSIN = 51
-    ARCCOS = 52
+    GREATER_EQUAL = 35
+    EQUAL = 36
+    MINIMUM = 37
+    MAXIMUM = 38
+    POWER = 39
+    MODULO = 40
+    ARCTAN2 = 41
+    ABSOLUTE = 42
+    SIGN = 43
+    FLOOR = 44
+    CEIL = 45
+    SQRT = 46
+    EXP = 47
+    EXP2 = 48
+    LOG = 49
+    SIN = 50
+    COS = 51
+    TAN = 52
+    ARCSIN = 53
+    ARCCOS = 54
 
 
 @dataclass(frozen=True)

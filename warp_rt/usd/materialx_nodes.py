@@ -16,19 +16,18 @@ import numpy as np
 from warp_rt.usd.blackbody import blackbody
 from warp_rt.usd.hsv import adjusted_hsv, hsv_from_rgb, rgb_from_hsv
 from warp_rt.usd.materialx_compositing import COMPOSITES
+from warp_rt.usd.materialx_heights import HEIGHTS
 from warp_rt.usd.materialx_noises import NOISES
 from warp_rt.usd.materialx_patterns import PATTERNS, smooth_step
 from warp_rt.usd.materialx_places import PLACES, dot, length, turned, turned_in_space, unit
 from warp_rt.usd.materialx_tilings import TILINGS
 from warp_rt.usd.node_inputs import SIZES, Node, NodeInputs
 from warp_rt.usd.signals import (
-    CHANNELS,
     DoesNotFold,
     Signal,
     add,
     apply,
     apply_to_all,
-    apply_to_slope,
     blend,
     choose,
     join,
@@ -203,32 +202,6 @@ def _rotate_in_space(node: NodeInputs) -> Signal:
     return turned_in_space(node.sized("in", 3), node.sized("amount", 1), node.get("axis", (0.0, 1.0, 0.0)).resized(3))
 
 
-def _normal_map(node: NodeInputs) -> Signal:
-    """Return a normal in the frame of the surface: texels from 0..1 to -1..1, x and y scaled."""
-    found = node.read("scale")
-    scale = np.ones(1) if found is None else found.constant_value()
-    x, y = np.resize(scale, 2)
-    return node.get("in", (0.5, 0.5, 1.0)).resized(3).map(np.diag((2 * x, 2 * y, 2.0)), np.array((-x, -y, -1.0)))
-
-
-def _height_to_normal(node: NodeInputs) -> Signal:
-    """Return the normal of a height, from -1..1 to 0..1 as maps have it.
-
-    Reference: the reference library's implementation, with the scale of a Sobel filter.
-    """
-    scaled = multiply(node.get("in").pick([0]), node.read("scale") or Signal.constant([1.0]))
-    place, own = node.coordinates, scaled.source.coordinates if scaled.source else None
-    is_own = place.source is not None and place.source.computed is None and place.source.coordinates == own
-    if own is not None and not (is_own and np.array_equal(place.matrix, np.eye(2, CHANNELS + 1))):
-        raise DoesNotFold  # slopes by other coordinates than the height's own
-    return apply_to_slope(_normal_of_slope, 3, scaled)
-
-
-def _normal_of_slope(slope: np.ndarray) -> np.ndarray:
-    normal = np.concatenate([-slope / 16.0, np.ones((len(slope), 1))], axis=1)
-    return np.asarray(0.5 * normal / np.linalg.norm(normal, axis=1, keepdims=True) + 0.5)
-
-
 def _clamp(node: NodeInputs) -> Signal:
     return apply(np.clip, node.get("in"), node.get("low"), node.get("high", 1.0))
 
@@ -386,6 +359,7 @@ def _binary(function: Callable[..., np.ndarray], second: float) -> Node:
 
 _NODES: Mapping[str, Node] = {
     **COMPOSITES,
+    **HEIGHTS,
     **NOISES,
     **PATTERNS,
     **PLACES,
@@ -429,8 +403,6 @@ _NODES: Mapping[str, Node] = {
     "logical_or": _binary(np.logical_or, 0.0),
     "logical_xor": _binary(np.logical_xor, 0.0),
     "logical_not": _unary(np.logical_not),
-    "normalmap": _normal_map,
-    "heighttonormal": _height_to_normal,
     "clamp": _clamp,
     "smoothstep": _smoothstep,
     "power": _binary(np.power, 1.0),

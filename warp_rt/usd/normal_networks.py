@@ -13,7 +13,10 @@ from pxr import Sdf, UsdShade
 from warp_rt.report import Report
 from warp_rt.usd.shading_network import Node, find_source
 
-_MAPS = ("ND_normalmap", "ND_gltf_normalmap", "ND_heighttonormal", "ND_image", "ND_tiledimage", "ND_UsdUVTexture")
+_MAPS = (
+    *("ND_normalmap", "ND_gltf_normalmap", "ND_heighttonormal", "ND_bump"),
+    *("ND_image", "ND_tiledimage", "ND_UsdUVTexture"),
+)
 _OF_WORLD = ("ND_normal_", "ND_tangent_", "ND_bitangent_", "ND_transformnormal_", "ND_transformvector_")
 _UNRELATED = ("ND_triplanarprojection_",)  # whose normal merely weighs
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -273,6 +273,18 @@ def apply_to_slope(function: Callable[..., np.ndarray], size: int, height: Signa
     if height.source is None or height.source.coordinates is None:
         raise DoesNotFold
     return _field(function, (height.pick([0]),), size, is_slope=True)
+
+
+def with_arguments(source: Source, arguments: Sequence[Signal]) -> Signal:
+    """Return a field of other arguments, with all components that it has.
+
+    Raises:
+        DoesNotFold: The source is no field.
+    """
+    if source.computed is None:
+        raise DoesNotFold
+    texture = None if source.computed.texture is None else Source(source.key, source.computed.texture)
+    return _computed(replace(source.computed, arguments=tuple(arguments)), texture)
 
 
 Steps = Callable[..., Signal]
