@@ -113,7 +113,7 @@ def part_weight(
     if height <= 0.0 and height * height >= sin2:
         return 0.0
     outwards = wp.dot(area, wi)
-    # As in whole_mesh.cluster_view: within an angle b of the direction to its centre are those to its points, and
+    # As in mesh_parts.cluster_view: within an angle b of the direction to its centre are those to its points, and
     # within a of the axis its normals.
     if mesh.is_double_sided == 0 and cos_spread > 0.0 and outwards > 0.0:
         sin_b = wp.sqrt(sin2)
