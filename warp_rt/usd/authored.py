@@ -30,11 +30,6 @@ class Authored:
     """Those of operations of a transform."""
 
 
-def authored_names(prim: Usd.Prim, has_clips: bool) -> tuple[str, ...]:
-    """Return the names of a prim's properties that may have values; ``has_clips``: see ``AuthoredReader.read``."""
-    return tuple(get_property_names(prim) if has_clips else get_authored_property_names(prim))
-
-
 class AuthoredReader:
     """Reads what prims author; those that author the same share one record, for there are few kinds of prims."""
 
@@ -48,7 +43,7 @@ class AuthoredReader:
             prim: The prim.
             has_clips: Whether value clips may hold values of the schema's properties that no layer names.
         """
-        return self.record(authored_names(prim, has_clips))
+        return self.record(tuple(get_property_names(prim) if has_clips else get_authored_property_names(prim)))
 
     def record(self, names: tuple[str, ...]) -> Authored:
         """Return the record of prims that author properties of these names."""

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pxr import Usd
 
 from warp_rt.usd import geometry
-from warp_rt.usd.authored import Authored, AuthoredReader, authored_names
+from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.context import COMPLEXITY
+from warp_rt.usd.questions import get_authored_property_names, get_property_names
 from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader
 
 RENDER_TYPES = ("RenderSettings", "RenderPass")
@@ -54,7 +55,8 @@ class TraitsReader:
             prim: The prim.
             has_clips: See ``AuthoredReader.read``.
         """
-        prim_type, names = self._types.read(prim), authored_names(prim, has_clips)
+        prim_type = self._types.read(prim)
+        names = tuple(get_property_names(prim) if has_clips else get_authored_property_names(prim))
         of_type = self._known[prim_type]
         traits = of_type.get(names)
         if traits is None:
