@@ -454,3 +454,23 @@ def test_hexagons_and_clover_leaves(name, shape):
     expected = shape(S - 0.5, T - 0.4, 0.3)
     assert (np.abs(values[:, 0] - expected) < 1e-3).mean() > 0.97
     assert codes == ["N938"]
+
+
+@pytest.mark.parametrize(
+    ("identifier", "line", "codes"),
+    [
+        ("ND_normalmap_float", "float3 inputs:normal.connect = </M/P.outputs:out>", ["W303"]),
+        ("ND_normalmap_float", "float3 inputs:normal.connect = </M/O.outputs:out>", []),
+        ("ND_normalmap_float", "", []),
+        ("ND_image_vector3", 'string inputs:filtertype = "closest"', ["W303"]),
+        ("ND_image_vector3", 'string inputs:framerange = "1-9"', ["W303"]),
+        ("ND_image_vector3", 'string inputs:filtertype = "linear"', []),
+    ],
+)
+def test_inputs_that_do_not_count_are_told(tmp_path, identifier, line, codes):
+    PilImage.new("RGB", (2, 2), (128, 128, 255)).save(tmp_path / "map.png")
+    file = f"asset inputs:file = @{(tmp_path / 'map.png').as_posix()}@" if "image" in identifier else ""
+    nodes = node("P", "ND_position_vector3") + node("O", "ND_normal_vector3")
+    value, found = read(nodes + node("N", identifier, file, line))
+    assert value is not None
+    assert found == codes

@@ -127,6 +127,15 @@ def test_a_colour_made_a_surface_shines():
     assert [code for code, _ in told] == ["W302"]
 
 
+def test_a_colour_with_alpha_made_a_surface_is_there_as_far_as_its_alpha_says():
+    """As the library's graph has it, an unlit surface of that opacity."""
+    material, _, _ = read_material(
+        shader("S", "ND_convert_color4_surfaceshader", "color4f inputs:in = (1, 2, 3, 0.25)")
+    )
+    np.testing.assert_allclose(value(material, "emissiveColor"), (1, 2, 3), rtol=1e-6)
+    assert (material.inputs["opacity"].value[0], material.opacity_mode) == (0.25, OpacityMode.PRESENCE)
+
+
 def test_a_matt_surface_is_not_dimmed_by_the_metal_that_it_is_mixed_with():
     """Half of what each reflects from a white surrounding, seen head on, both as smooth as mirrors."""
     smooth = "float inputs:roughness = 0"

@@ -23,6 +23,7 @@ from warp_rt.usd.attribute_values import numbers
 from warp_rt.usd.color_spaces import color_space, color_space_of
 from warp_rt.usd.decoding import linear
 from warp_rt.usd.image_cache import ImageCache
+from warp_rt.usd.left_out import note_left_out
 from warp_rt.usd.materialx_nodes import fold, is_known_node
 from warp_rt.usd.matrix_nodes import MATRIX_NODE, MatrixNodes
 from warp_rt.usd.node_inputs import NodeInputs
@@ -164,6 +165,7 @@ class SignalReader:
         own = node.id.split("_")[0]
         if own in _INPUTS:
             note_unknown_inputs(shader, own, _INPUTS[own], self._report)
+        note_left_out(node, self._time, self._report)
         if name.startswith("UsdUVTexture"):
             return self._uv_texture(shader, material).pick(_OUTPUTS.get(node.output, (0, 1, 2)))
         image = _IMAGE.fullmatch(node.id)

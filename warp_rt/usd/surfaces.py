@@ -24,7 +24,7 @@ from warp_rt.usd.shading_network import (
     read_constant,
     read_numbers,
 )
-from warp_rt.usd.signals import Signal
+from warp_rt.usd.signals import CHANNELS, Signal
 from warp_rt.usd.surface_inputs import InputReader
 
 UNKNOWN_SURFACE = "W301"
@@ -134,7 +134,11 @@ class SurfaceReader:
         )
         if found is None:
             return PreviewSignals(inputs)
-        return PreviewSignals({**inputs, "emissiveColor": found}, {"emissiveColor": port.GetAttr().GetPath()})
+        inputs["emissiveColor"] = found
+        if found.size == CHANNELS:
+            inputs["opacity"] = found.pick([CHANNELS - 1])
+        paths = {"emissiveColor": port.GetAttr().GetPath()}
+        return PreviewSignals(inputs, paths, opacity_mode=OpacityMode.PRESENCE)
 
     def _source(self, shader: UsdShade.Shader, name: str) -> Node | None:
         port = shader.GetInput(name)
