@@ -79,9 +79,9 @@ class CylinderLine:
     middle: wp.float32
     """Where its middle is along the axis."""
     low: wp.float32
-    """Angle from square to the axis at which it begins [rad]."""
-    angle: wp.float32
-    """That it covers [rad]."""
+    """Sine of the angle from square to the axis at which it begins."""
+    sines: wp.float32
+    """By how much that at which it ends is more; small ones in full digits."""
     pdf: wp.float32
     """Density of a direction to one of its points [1/sr]."""
     is_met: wp.int32
@@ -108,16 +108,15 @@ def line_of_cylinder(view: wp.ref[CylinderView], v: wp.vec3) -> CylinderLine:
     line.middle = view.middle + wp.dot(view.lean, w) * reach
     begin = line.middle - view.half
     end = line.middle + view.half
-    line.low = wp.atan2(begin, line.h)
-    line.angle = wp.atan2(2.0 * view.half * line.h, line.h * line.h + begin * end)  # a small one in full digits
-    line.pdf = 1.0 / (view.turn * sine_of_line(line))
+    h2 = line.h * line.h
+    to_begin = wp.sqrt(h2 + begin * begin)
+    to_end = wp.sqrt(h2 + end * end)
+    line.low = begin / to_begin
+    line.sines = end / to_end - line.low
+    if begin * end > 0.0:
+        line.sines = 4.0 * view.half * line.middle * h2 / ((end * to_begin + begin * to_end) * to_begin * to_end)
+    line.pdf = 1.0 / (view.turn * line.sines)
     return line
-
-
-@wp.func
-def sine_of_line(line: wp.ref[CylinderLine]) -> float:
-    """Return the difference of the sines at which a line ends and begins, a small one in full digits."""
-    return 2.0 * wp.cos(line.low + 0.5 * line.angle) * wp.sin(0.5 * line.angle)
 
 
 @wp.func
@@ -142,7 +141,7 @@ def sample_cylinder(center: wp.vec3, x: wp.vec3, y: wp.vec3, z: wp.vec3, u: wp.v
     turn = u[1] * view.turn
     v = view.first * wp.cos(turn) + view.side * wp.sin(turn)
     line = line_of_cylinder(view, v)
-    sine = wp.sin(line.low) + u[0] * sine_of_line(line)
+    sine = line.low + u[0] * line.sines
     place = line.h * sine / wp.sqrt(wp.max(1.0 - sine * sine, 1.0e-12))
     p = v * line.h + view.axis * wp.clamp(place, line.middle - view.half, line.middle + view.half)
     s.distance = wp.length(p)
