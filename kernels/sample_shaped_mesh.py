@@ -24,8 +24,10 @@ def aim_of_mesh(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     ball = ball_of_mesh(scene, mesh)
     center = wp.vec3(ball[0], ball[1], ball[2]) - position
     d2 = wp.max(wp.length_sq(center), 1.0e-30)
-    # About half of a surface's area is seen in the mean over all directions.
-    seen = 2.0 * wp.pi * cone_cap(wp.min(wp.min(ball[3], 0.5 * mesh.area / wp.pi) / d2, 1.0))
+    seen = 2.0 * wp.pi
+    if d2 > ball[3]:
+        # About half of a surface's area is seen in the mean over all directions.
+        seen *= cone_cap(wp.min(ball[3], 0.5 * mesh.area / wp.pi) / d2)
     least = AIMED_MESH_FOCUS if light.focus > 0.0 else AIMED_MESH_CONE
     return aim_at(light, center, ball[3], seen, least, AIMED_MOST)
 
