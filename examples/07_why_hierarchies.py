@@ -5,6 +5,8 @@
 python examples/07_why_hierarchies.py
 """
 
+import argparse
+
 import numpy as np
 
 
@@ -40,14 +42,12 @@ def is_met(node, origin, direction, volume):
 def intersect(node, origin, direction, volume):
     """Return the number of tests: those of this node's volume, and of what lies beneath where it is met."""
     met = is_met(node, origin, direction, volume)
-    tests = len(met)
-    if met.any() and not node["children"]:
-        tests += met.sum() * len(node["triangles"])
-    elif met.any():
-        tests += sum(intersect(child, origin[met], direction[met], volume) for child in node["children"])
-    return tests
+    if met.any() and node["children"]:
+        return len(met) + sum(intersect(child, origin[met], direction[met], volume) for child in node["children"])
+    return len(met) + met.sum() * len(node["triangles"])
 
 
+argparse.ArgumentParser(description=__doc__.partition("\n")[0]).parse_args()
 rng = np.random.default_rng(0)
 direction = rng.normal((0.0, 0.0, -1.0), 0.3, (1000, 3))
 direction /= np.linalg.norm(direction, axis=1, keepdims=True)

@@ -13,6 +13,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from warp_rt.errors import OptionError
+from warp_rt.near_matches import near_matches
 
 INTEGRATORS = ("whitted",)
 SHADOWS = ("auto", "opaque", "transmit")
@@ -214,4 +215,5 @@ def _crop(value: tuple[Any, ...] | None) -> None:
 
 def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}")
+        hint = near_matches(value, choices) if isinstance(value, str) else ""
+        raise OptionError(f"{name}: {value!r} is none of {', '.join(choices)}{hint}")

@@ -92,6 +92,8 @@ def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd)
         (["render", "a.usda", "--threshold", "nan"], "threshold: nan is outside"),
         (["render", "a.usda", "--bvh", "kd"], "--bvh: 'kd' is none of sah, median, midpoint, lbvh, ploc\n"),
         (["render", "a.usda", "--aov", "depth,beauty"], "'beauty' is none of color, depth"),
+        (["render", "a.usda", "--aov", "dpeth"], "rays; did you mean depth?\n"),
+        (["render", "a.usda", "--purposes", "rendr"], "guide; did you mean render?\n"),
         (["render", "a.usda", "--aov", ""], "--aov: a name expected, got nothing"),
         (["record", "a.usda", "a.png", "--aov", " "], "--aov: a name expected, got nothing"),
         (["render", "a.usda", "--lights-visible=3"], "--lights-visible: takes no value, got '3'"),

@@ -412,7 +412,9 @@ def test_warmup_compiles_for_a_device(capfd):
     assert main(["warmup", "--device", "cpu"]) == 0
     out, err = capfd.readouterr()
     assert out == ""
-    assert "kernels are ready for cpu" in err
+    *files, end = [line for line in err.splitlines() if line.startswith("kernels ")]
+    assert [line.split(":")[0] for line in files] == [f"kernels {n} of {len(files)}" for n in range(1, len(files) + 1)]
+    assert end.startswith("kernels are ready for cpu")
     assert main(["warmup", "--device", "cuda:99"]) == 4
 
 

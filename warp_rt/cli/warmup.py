@@ -25,6 +25,6 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
     from warp_rt.device.compile import warmup
 
     begin = time.perf_counter()
-    warmup(args.device)
+    warmup(args.device, lambda name, number, count: terminal.info(f"kernels {number} of {count}: {name}"))
     terminal.info(f"kernels are ready for {args.device} ({time.perf_counter() - begin:.1f} s)")
     return 0

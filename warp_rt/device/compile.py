@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import pkgutil
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
+from types import ModuleType
 
 import warp as wp
 
@@ -45,11 +46,26 @@ def load_kernels(files: Sequence[tuple[str, str]], *, threads: int = 1) -> None:
         load_module(import_module(f"warp_rt.kernels.{name}"), place)
 
 
-def warmup(device: str = "auto") -> None:
-    """Compile every kernel for a device, so that no later render waits for it."""
-    name = resolve_device(device)
-    for info in pkgutil.iter_modules(warp_rt.kernels.__path__):
-        file = import_module(f"warp_rt.kernels.{info.name}")
-        kernels = [member for member in vars(file).values() if isinstance(member, wp.Kernel)]
-        if any(kernel.func.__module__ == file.__name__ for kernel in kernels):
-            load_module(file, name)
+def warmup(device: str = "auto", on_file: Callable[[str, int, int], None] | None = None) -> None:
+    """Compile every kernel for a device, so that no later render waits for it.
+
+    Args:
+        device: ``auto``, ``cpu``, ``cuda:0``, ...
+        on_file: Called before each file of kernels, with its name, its number from 1 and the number of all.
+
+    Raises:
+        DeviceError: There is no such device.
+    """
+    place = resolve_device(device)
+    names = (info.name for info in pkgutil.iter_modules(warp_rt.kernels.__path__))
+    files = [file for file in (import_module(f"warp_rt.kernels.{name}") for name in names) if _has_kernels(file)]
+    for number, file in enumerate(files, 1):
+        if on_file:
+            on_file(file.__name__.rpartition(".")[2], number, len(files))
+        load_module(file, place)
+
+
+def _has_kernels(file: ModuleType) -> bool:
+    """Return whether a file has kernels of its own, beyond those that it imports."""
+    kernels = [member for member in vars(file).values() if isinstance(member, wp.Kernel)]
+    return any(kernel.func.__module__ == file.__name__ for kernel in kernels)

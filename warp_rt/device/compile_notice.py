@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 
 _logger = logging.getLogger("warp_rt")
-_NOTICE = "compiling kernels that are not in the cache yet (some ten seconds; they are kept)..."
+_NOTICE = "compiling kernels that are not in the cache yet (up to a minute; they are kept)..."
 _SLOW = 0.7
 """Loading cached kernels takes a tenth of this [s]; whatever takes longer is being compiled."""
 _PAUSE = 1.0

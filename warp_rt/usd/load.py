@@ -41,6 +41,7 @@ from warp_rt.usd.stage import (
     report_composition,
     report_frame_outside,
     stage_meters_per_unit,
+    stage_name,
     stage_time,
     stage_up_axis,
 )
@@ -164,7 +165,7 @@ def load_stage(
         _report_settings(terms, cameras, walk.render_prims, stage, pass_path, report)
         if not len(instances):
             message = f"no geometry is drawn at this time for the purposes {', '.join(sorted(chosen))}"
-            report.warn(NOTHING_DRAWN, stage.GetRootLayer().GetDisplayName(), message)
+            report.warn(NOTHING_DRAWN, stage_name(stage), message)
         up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
     scene = Scene(
         meshes=meshes,

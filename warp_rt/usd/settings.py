@@ -23,7 +23,7 @@ from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.color_spaces import color_space
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.render_vars import read_render_var
-from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
+from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask, stage_name
 
 MISSING_SETTINGS = "W521"
 IGNORED_SETTING = "W522"
@@ -141,7 +141,7 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
         SceneError: There is no such pass, or it names none.
     """
     prim = stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) else None
-    source = stage.GetRootLayer().realPath or "stage"
+    source = stage_name(stage)
     if not prim or not prim.IsA(UsdRender.Pass):
         raise SceneError(f"{source}: {path} is no RenderPass")
     targets = UsdRender.Pass(prim).GetRenderSourceRel().GetForwardedTargets()
@@ -162,7 +162,7 @@ def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Pr
     if prim and prim.IsA(UsdRender.Settings):
         return prim
     if path is not None:
-        raise SceneError(f"{stage.GetRootLayer().identifier}: {name} is no RenderSettings prim")
+        raise SceneError(f"{stage_name(stage)}: {name} is no RenderSettings prim")
     if name.startswith("/") and Sdf.Path.IsValidPathString(name) and is_outside_mask(stage, name):
         report.warn(OUTSIDE_MASK, name, f"is named by {_METADATA}, but the mask leaves it out: no settings count")
         return None

@@ -132,9 +132,15 @@ def captured_warnings(report: Report) -> Iterator[None]:
     _report_once(found, report)
 
 
+def stage_name(stage: Usd.Stage) -> str:
+    """Return what messages call a stage: its path as it was opened, or an anonymous layer's name."""
+    root = stage.GetRootLayer()
+    return str(root.GetDisplayName() if root.anonymous else root.identifier)
+
+
 def report_composition(stage: Usd.Stage, report: Report) -> None:
     """Record every reference, payload, sublayer and inherited prim that did not compose."""
-    root = stage.GetRootLayer().GetDisplayName()
+    root = stage_name(stage)
     found = [(UNLOADED, root, f"the sublayer @{name}@ is muted: drawn without", name) for name in _muted(stage)]
     for error in stage.GetCompositionErrors():
         name = type(error).__name__
@@ -179,7 +185,7 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
     """
     if not has_rate(stage):
         message = f"timeCodesPerSecond {stage.GetTimeCodesPerSecond():g} is no rate: velocities move nothing"
-        report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), message)
+        report.warn(BAD_TIME, stage_name(stage), message)
     if default_time:
         if time is not None:
             raise OptionError("time: not together with the default time")
@@ -190,7 +196,7 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
         return Usd.TimeCode(float(time))
     start = stage.GetStartTimeCode()
     if not math.isfinite(start):
-        report.warn(BAD_TIME, stage.GetRootLayer().GetDisplayName(), f"startTimeCode {start} is not finite: 0 is taken")
+        report.warn(BAD_TIME, stage_name(stage), f"startTimeCode {start} is not finite: 0 is taken")
         start = 0.0
     return Usd.TimeCode(start)
 
@@ -204,7 +210,7 @@ def report_frame_outside(stage: Usd.Stage, frame: Usd.TimeCode, report: Report) 
         message = (
             f"a frame outside of startTimeCode {start:g} to endTimeCode {end:g}: drawn as time samples say or hold"
         )
-        report.warn(OUTSIDE_RANGE, stage.GetRootLayer().GetDisplayName(), message)
+        report.warn(OUTSIDE_RANGE, stage_name(stage), message)
 
 
 def has_rate(stage: Usd.Stage) -> bool:
@@ -218,7 +224,7 @@ def stage_up_axis(stage: Usd.Stage, report: Report) -> str:
     axis = str(UsdGeom.GetStageUpAxis(stage))
     if axis in ("Y", "Z"):
         return axis
-    report.warn(BAD_UP_AXIS, stage.GetRootLayer().GetDisplayName(), f"upAxis {axis!r} is neither Y nor Z: Z is taken")
+    report.warn(BAD_UP_AXIS, stage_name(stage), f"upAxis {axis!r} is neither Y nor Z: Z is taken")
     return "Z"
 
 
@@ -230,10 +236,10 @@ def stage_meters_per_unit(stage: Usd.Stage, report: Report) -> float:
     except Tf.ErrorException:  # authored as float, which old files do: the layer still has the number
         value = stage.GetRootLayer().pseudoRoot.GetInfo("metersPerUnit")
         message = f"metersPerUnit is a {type(value).__name__}, not the schema's double: {value!r} is read all the same"
-        report.warn(FLOAT_UNIT, stage.GetRootLayer().GetDisplayName(), message)
+        report.warn(FLOAT_UNIT, stage_name(stage), message)
     if isinstance(value, float | int) and math.isfinite(value) and value > 0:
         return float(value)
-    name = stage.GetRootLayer().GetDisplayName()
+    name = stage_name(stage)
     report.warn(BAD_UNIT, name, f"metersPerUnit {value!r} is no length: {_FALLBACK_METERS_PER_UNIT} is taken")
     return _FALLBACK_METERS_PER_UNIT
 
