@@ -786,22 +786,66 @@ def test_constant_normals_above_a_mesh_are_told_where_they_would_be_inherited() 
     )
 
 
-def test_constant_widths_above_points_are_told_where_they_would_be_inherited() -> None:
-    balls = "point3f[] points = [(0, 0, 0)]\n"
+def test_constant_widths_above_points_are_inherited() -> None:
+    """As ``FindPrimvarWithInheritance`` finds them; through instances and instancers each copy has those above it."""
+    bare = 'def Points "p" {\npoint3f[] points = [(0, 0, 0)]\n}\n'
+    width = "\nfloat[] primvars:widths = [{}] (interpolation = {!r})\n".format
+    positions = "point3f[] positions = [(0, 0, 0)]\nint[] protoIndices = [0]\n"
     scene = load(
         f"""
-        def Xform "up" {{
-            float[] primvars:widths = [2] (interpolation = "constant")
-            def Points "bare" {{ {balls} }}
-            def Points "own" {{ {balls}
+        class "leaf" {{
+            def Xform "x" {{ color3f[] primvars:tint = [(1, 0, 0)] (interpolation = "constant")
+                {bare}
+            }}
+        }}
+        def Xform "up" {{ {width(2, "constant")}
+            {bare}
+            def Points "own" {{
+                point3f[] points = [(0, 0, 0)]
                 float[] widths = [3]
             }}
-            def Mesh "mesh" {{ {TRIANGLE} }}
+            def Xform "nearer" {{ {width(4, "constant")}{bare}
+}}
+            def Xform "hiding" {{ {width("5, 6", "vertex")}{bare}
+}}
+            def "copy" ( instanceable = true
+                inherits = </leaf> ) {{ }}
+            def PointInstancer "many" {{
+                {positions} rel prototypes = [</up/many/p>]
+                {bare}
+            }}
         }}
+        def Xform "thick" {{ {width(8, "constant")}
+            def "copy" ( instanceable = true
+                inherits = </leaf> ) {{ }}
+            def PointInstancer "many" {{
+                {positions} rel prototypes = [</up/p>]
+            }}
+            def PointInstancer "own" {{
+                {positions}{width(10, "uniform")} rel prototypes = [</up/p>]
+            }}
+        }}
+        def "bare" ( instanceable = true
+            inherits = </leaf> ) {{ }}
         """
     )
-    told = [(record.prim, record.message) for record in scene.diagnostics if record.code == "W119"]
-    assert told == [("/up", "its constant primvars:widths do not count for /up/bare, which would inherit them")]
+    diameters = sorted(
+        (scene.prims[prim], 2 * float(scene.meshes[mesh].radii[0, 0]))
+        for prim, mesh in zip(scene.instances.prim, scene.instances.mesh, strict=True)
+    )
+    assert diameters == [
+        ("/bare/x/p", 1),
+        ("/thick/copy/x/p", 8),
+        ("/up/copy/x/p", 2),
+        ("/up/hiding/p", 1),
+        ("/up/many/p", 2),
+        ("/up/nearer/p", 4),
+        ("/up/own", 3),
+        ("/up/p", 2),
+        ("/up/p", 2),  # of /thick/many: a prototype has what is above it, not its instancer's
+        ("/up/p", 10),  # of /thick/own, which has a width for its instances
+    ]
+    assert {record.prim for record in scene.diagnostics if record.code == "N913"} == {"/up/hiding/p", "/bare/x/p"}
 
 
 def test_variant_selections_that_select_nothing_are_noted() -> None:

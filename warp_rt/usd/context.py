@@ -23,6 +23,7 @@ from warp_rt.usd.questions import get_filtered_children
 from warp_rt.usd.visibility import hidden_purposes
 
 COMPLEXITY = "warp_rt:complexity"
+WIDTHS = "primvars:widths"
 _PURPOSES = ("default", "render", "proxy", "guide")
 
 # Unloaded prims are met, for they are told; nothing of them is drawn.
@@ -57,6 +58,8 @@ class Context(NamedTuple):
     """Constant primvars authored above."""
     constants: Values = MappingProxyType({})
     """Their values; within an instance, ``BLOCKED`` where what is above it is hidden."""
+    width: float | None = None
+    """Of the constant ``primvars:widths`` above, through instances too; None: there are none."""
     draw_mode: str = "default"
     """Of the model above."""
     card_visibility: str = "full"
@@ -158,7 +161,15 @@ def hand_down(
             blocked |= dict.fromkeys(hidden, BLOCKED)
             constants = {**blocked, **inherited_constants(primvars, time, report)}
             here = here._replace(primvars=primvars, constants=constants)
+        if WIDTHS in authored.names and UsdGeom.Primvar(prim.GetAttribute(WIDTHS)).HasAuthoredValue():
+            here = here._replace(width=handed_width(here.constants))  # one that is not constant hides those above
     return here
+
+
+def handed_width(constants: Values) -> float | None:
+    """Return the width that curves and points take from the prims above them; None: there is none."""
+    width = constants.get("widths", BLOCKED)
+    return None if width is BLOCKED else float(width[0])
 
 
 def _hidden_names(prim: Usd.Prim, authored: Authored) -> list[str]:

@@ -40,6 +40,7 @@ def read_shapes(
     skin: Skin | None = None,
     level: int = 0,
     carried_to: Usd.TimeCode | None = None,
+    inherited_width: float | None = None,
 ) -> MeshSource | None:
     """Return the spheres of Points, or the tubes or ribbons of curves; None, with a diagnostic, where there are none.
 
@@ -50,6 +51,7 @@ def read_shapes(
         skin: Deforms its points.
         level: Refinements of ribbons.
         carried_to: When its velocities have carried the points from their sample; None: they do not.
+        inherited_width: What it has where it has no widths of its own; None: nothing hands one down.
 
     Raises:
         LimitError: Ribbons would have more triangles than can be meant.
@@ -64,7 +66,7 @@ def read_shapes(
     if not len(layout.curve):
         return None
     controls = layout.controls.along(values.astype(np.float64))
-    radii = _radii(prim, layout, controls.shape[:2], time, report)
+    radii = _radii(prim, layout, controls.shape[:2], inherited_width, time, report)
     is_usable = (np.abs(controls) + radii[:, :, None] <= MAX_COORDINATE).all(axis=(1, 2))
     if not is_usable.all():
         what = f"points or widths are not finite, or beyond {MAX_COORDINATE:g}"
@@ -162,7 +164,12 @@ def _has_normals(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
 
 
 def _radii(
-    prim: Usd.Prim, layout: ShapeLayout, shape: tuple[int, int], time: Usd.TimeCode, report: Report
+    prim: Usd.Prim,
+    layout: ShapeLayout,
+    shape: tuple[int, int],
+    inherited: float | None,
+    time: Usd.TimeCode,
+    report: Report,
 ) -> np.ndarray:
     """Return half the widths at the control points of each shape: float64, ``shape`` [n, k]."""
     schema = UsdGeom.Points(prim) if get_type_name(prim) == "Points" else UsdGeom.Curves(prim)
@@ -177,6 +184,8 @@ def _radii(
             if len(values) == 1 and layout.element_counts(interpolation) != (1,):
                 interpolation = "constant"  # a single width is all that many files have, whatever they call it
             widths = lay_out(values, None, interpolation, layout, str(prim.GetPath()), "widths", report)
+        elif inherited is not None:
+            widths = Primvar(np.array([[inherited]], np.float32), None)
     if widths is None:
         report.warn(
             NO_WIDTHS,

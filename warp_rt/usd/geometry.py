@@ -43,9 +43,11 @@ def read_geometry(sources: Sequence[Source], report: Report) -> list[MeshSource 
 
 
 def _read_other(source: Source, report: Report) -> MeshSource | None:
-    prim, _, skin, time, carried_to, level, kind, _, _ = source
+    prim, _, skin, time, carried_to, level, kind, _, _, width = source
     if kind in curves.TYPES:
-        return curves.read_shapes(prim, time, report, skin=skin, level=level, carried_to=carried_to)
+        return curves.read_shapes(
+            prim, time, report, skin=skin, level=level, carried_to=carried_to, inherited_width=width
+        )
     if kind == "TetMesh":
         return read_tet_mesh(prim, time, report, skin, carried_to)
     return read_nurbs_patch(prim, time, report, skin=skin, level=level, carried_to=carried_to)

@@ -13,6 +13,7 @@ from pxr import Usd
 
 from warp_rt.report import Report
 from warp_rt.scene import Instances, Mesh, Shapes
+from warp_rt.usd import curves
 from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.bindings import Bindings, extend_bindings
 from warp_rt.usd.context import Context
@@ -126,9 +127,10 @@ class GprimReader:
         if level is None:
             level = self._levels.get(path, self._level) if self._levels else self._level
         has_space = context.may_have_color_space
+        width = context.width if kind in curves.TYPES else None
         # Its fields by name would take twice as long, for every prim.
-        fields = (prim, authored, skin, time, carried_to, level, kind, has_children, has_space)
-        return self._add(prim, path, (key, level), tuple.__new__(Source, fields), context)
+        fields = (prim, authored, skin, time, carried_to, level, kind, has_children, has_space, width)
+        return self._add(prim, path, (key, level, width), tuple.__new__(Source, fields), context)
 
     def add_shape(self, prim: Usd.Prim, path: str, context: Context, shape: Shape) -> int:
         """List a prim that is a unit shape; return its row."""

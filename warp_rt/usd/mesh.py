@@ -97,7 +97,7 @@ def _read_groups(sources: Sequence[Source], report: Report) -> Iterator[tuple[li
 
 def _read_cage(source: Source, report: Report) -> Cage | None:
     """Return what the triangles of a mesh are cut from; None, with a diagnostic, if it has no points or faces."""
-    prim, authored, skin, time, carried_to, level, _, _, _ = source
+    prim, authored, skin, time, carried_to, level = source[:6]
     points: Any = read_points(prim, time, carried_to) if carried_to else get_value(get_attribute(prim, "points"), time)
     counts = get_value(get_attribute(prim, "faceVertexCounts"), time)
     indices = get_value(get_attribute(prim, "faceVertexIndices"), time)

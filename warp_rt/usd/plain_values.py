@@ -182,7 +182,7 @@ def _read_primvars(
     source: Source, constants: _Constants, report: Report
 ) -> tuple[PlainRows | PlainConstant, ...] | None:
     """Return primvars, whose values are not looked through yet; None where one is not plain."""
-    prim, authored, _, time, _, _, _, _, may_have_color_space = source
+    prim, authored, time, may_have_color_space = source.prim, source.authored, source.time, source.may_have_color_space
     found: list[PlainRows | PlainConstant] = []
     for name, base_name, indices_name in authored.primvar_names:
         attribute = get_attribute(prim, name)

@@ -16,13 +16,13 @@ from warp_rt.report import Report
 from warp_rt.scene.instance_paths import NumberedPaths
 from warp_rt.scene.instance_transforms import choose, nest
 from warp_rt.usd.bindings import read_bindings
-from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, said_above
+from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, handed_width, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.instance_bindings import SharedBindings
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
-from warp_rt.usd.primvars import constants_of_instances, inherited_constants
+from warp_rt.usd.primvars import Values, constants_of_instances, inherited_constants
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
 CYCLE = "W123"
@@ -68,8 +68,8 @@ class Prototypes:
         """Copy the group of an instance's prototype.
 
         The prototype is walked through the first instance that shows it; others share its group if all that they
-        hand down is the same: what of it is visited, value clips, purposes, the draw mode, levels of detail and the
-        materials. (Primvars they hand down are kept apart by copy.)
+        hand down is the same: what of it is visited, value clips, purposes, the draw mode, levels of detail, the width
+        of curves and the materials. (Primvars they hand down are kept apart by copy.)
 
         Args:
             prim: The instance.
@@ -89,6 +89,7 @@ class Prototypes:
             *(context.predicate, context.has_clips),
             *(context.purpose, context.draw_mode, context.card_visibility),
             *(context.hidden_purposes, context.lod_override, context.lod_items, context.level),
+            context.width,
         )
         key = (prim.GetPrototype().GetPath(), style, pose, self._shared_bindings.key(prim, context.bindings))
         group = self._groups.get(key)
@@ -128,7 +129,7 @@ class Prototypes:
             chosen = np.flatnonzero(instances.prototype == row)
             if not len(chosen):
                 continue
-            group = self._instancer_group(prim, path, context, frozenset(own), walk_group)
+            group = self._instancer_group(prim, path, context, own, walk_group)
             if group is None:
                 continue
             inherited = {**context.constants, **own} if path.HasPrefix(prim.GetPath()) else own
@@ -179,7 +180,7 @@ class Prototypes:
             self._report.warn(IDLE_CHILD, instancer.GetPath(), message)
 
     def _instancer_group(
-        self, instancer: Usd.Prim, path: Sdf.Path, context: Context, own: frozenset[str], walk_group: WalkGroup
+        self, instancer: Usd.Prim, path: Sdf.Path, context: Context, own: Values, walk_group: WalkGroup
     ) -> GroupBuilder | None:
         """Return the group of a PointInstancer's prototype, its root's own transform included.
 
@@ -202,14 +203,17 @@ class Prototypes:
             return None
         is_below = path.HasPrefix(instancer.GetPath())
         tail_start = len(str(instancer.GetPath())) if is_below else 0
-        key = (path, tail_start, context.purpose, frozenset() if is_below else own)
+        width = handed_width(own) if "widths" in own or not is_below else context.width
+        key = (path, tail_start, context.purpose, width, frozenset() if is_below else frozenset(own))
         group = self._groups.get(key)
         if group is None:
             parent = prototype.GetParent()
-            primvars = []
+            primvars, constants = [], {}
             if parent.IsValid() and not is_below:
                 inherited = UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars()
                 primvars = [primvar for primvar in inherited if primvar.GetPrimvarName() not in own]
+            constants = inherited_constants(primvars, self._time, self._report)
+            width = handed_width(constants) if width is None else width
             inside = Context(
                 world_from_group=np.eye(4),
                 path_length=len(str(path)),
@@ -218,7 +222,8 @@ class Prototypes:
                 purpose=context.purpose,
                 bindings=read_bindings(parent),
                 primvars=primvars,
-                constants=inherited_constants(primvars, self._time, self._report),
+                constants=constants,
+                width=width,
                 draw_mode=draw_mode(parent, "", self._report) if parent else "default",
                 card_visibility=inherited_card_visibility(parent),
             )

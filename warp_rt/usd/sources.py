@@ -36,6 +36,8 @@ class Source(NamedTuple):
     """Whether there are prims below it."""
     may_have_color_space: bool = True
     """Whether a ColorSpaceAPI may say how its colours are meant, or those of prims above it."""
+    width: float | None = None
+    """Of curves and points that have none of their own; None: none is handed down to them."""
 
 
 class MeshSource(NamedTuple):

@@ -63,7 +63,6 @@ ASKED_FOR_SELECTIONS = 10_000  # prims; of more, asking each takes two hundredth
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _SKINNED = (*geometry.TYPES, *implicit.TYPES)
-_NOT_INHERITED = frozenset(("primvars:normals", "primvars:widths"))
 _IDENTITY = np.eye(4)
 
 
@@ -220,7 +219,7 @@ class StageWalk:
         has_heirs = is_an_instance or traits.is_instancer or bool(children)
         if traits.hands_down and (has_heirs or traits.authored.bindings):
             passed_on = hand_down(prim, here, traits.authored, has_heirs, self._time, self._report)
-            if has_heirs and not _NOT_INHERITED.isdisjoint(traits.authored.names):
+            if has_heirs and "primvars:normals" in traits.authored.names:
                 report_not_inherited(prim, self._report)
         if traits.is_instancer:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
