@@ -326,3 +326,41 @@ def test_orders_above_the_bound_are_told(order: int) -> None:
     )
     assert codes(trim) == (["W142"] if order > 32 else [])
     assert (area(mesh_of(trim)) > 15.9) == (order > 32)
+
+
+@pytest.mark.parametrize("weight", [1e-3, 1e-6])
+def test_weights_far_apart_are_cut_where_the_surface_bends(weight: float) -> None:
+    """A corner of little weight, which all but a millionth of the domain hardly knows; float64 points of the surface.
+
+    Equal steps in the parameters would be a million along each axis.
+    """
+    weights = np.array([weight] + [1.0] * 11)
+    net = np.array([(x, y, (x * 5 + y * 3) % 4 / 4) for y in range(3) for x in range(4)], float)
+    points = [tuple(point) for point in net.tolist()]
+    scene = load(f"point3f[] points = {points}\ndouble[] pointWeights = {weights.tolist()}\n{U}{V}")
+    assert len(mesh_of(scene).triangles) < 500_000
+    assert codes(scene) == []
+    knots = [0, 0, 0, 1, 4, 4, 4], [0, 0, 1, 2, 2]
+    shares = np.concatenate([np.geomspace(1e-10, 0.2, 8), np.linspace(0.21, 0.99, 7)])
+    surface = np.array(
+        [
+            surface_point(net.reshape(3, 4, 3), weights.reshape(3, 4), (2, 1), knots, 4 * u, 2 * v)
+            for u in shares
+            for v in shares
+        ]
+    )
+    down = np.tile(np.array([0.0, 0.0, -1.0], np.float32), (len(surface), 1))
+    hits = warp_rt.closest_hit(warp_rt.build_accel(scene), (surface * (1, 1, 0) + (0, 0, 5)).astype(np.float32), down)
+    # Heights differ by no more than twice the distance, for the slopes are below 1 along x and along y.
+    tolerance = 2 * TOLERANCE * float(np.linalg.norm(np.ptp(net, axis=0)))
+    np.testing.assert_allclose(5 - np.asarray(hits.t), surface[:, 2], atol=tolerance)
+
+
+def test_a_bend_aslant_of_both_axes_is_cut_coarsely_and_told() -> None:
+    """No stage is refused for it: at a weight of a million the surface bends along a hyperbola of its domain."""
+    weights = [1e6] + [1.0] * 11
+    scene = load(f"{FLAT}\ndouble[] pointWeights = {weights}\n{U}{V}")
+    assert codes(scene) == ["W141"]
+    mesh = mesh_of(scene)
+    assert len(mesh.triangles) < 2_500_000
+    np.testing.assert_allclose(area(mesh), 3 * 2, rtol=1e-5)  # which the hull of the flat net bounds

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,11 +20,29 @@ _SAMPLES = np.linspace(0, 1, 5)
 # Pieces that are curved at all have this many steps, so that small bends of a large surface do not vanish.
 _LEAST_STEPS = 2
 
-# More than anybody can mean, and few enough to count their products.
-_MOST_STEPS = 1 << 40
+# Pieces that would have more equal steps are halved where they bend instead, as those of very uneven weights, which
+# bend at one end alone.
+_MOST_STEPS = 256
+
+# Along one axis, of all halves: where a surface bends aslant of both axes, no grid of a bearable size is fine enough.
+_MOST_LINES = 1 << 10
+
+# Halves of halves: what weights a float64 can blend ask for.
+_MOST_HALVES = 52
 
 # Opposite edges, and the points of an edge, coincide within this part of the size of the control net.
 _CLOSED = 1e-6
+
+
+class Lines(NamedTuple):
+    """The grid that a surface is cut by."""
+
+    u: np.ndarray
+    """float64, shape [m], parameters along u, ascending."""
+    v: np.ndarray
+    """float64, shape [n]."""
+    is_fine: bool
+    """Whether the triangles stay within the tolerance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,44 +61,76 @@ class Tessellation:
     """int64, shape [m, 2], the piece along u and along v that each triangle is part of."""
 
 
-def count_steps(patch: Patch, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return into how many steps each piece along u, and each along v, is cut: int64, shapes [s] and [t].
+def find_lines(patch: Patch, tolerance: float) -> Lines:
+    """Return the parameters that a surface is cut at.
 
     With M_uu, M_uv and M_vv the largest second derivatives, triangles of a grid of step h_u by h_v stay within
     (M_uu h_u^2 + 2 M_uv h_u h_v + M_vv h_v^2) / 8 of the surface. Steps of sqrt(2 tolerance / max(M_uu, M_uv)), and
-    likewise along v, make that at most the tolerance. The derivatives are the largest of 5 by 5 samples of a piece.
+    likewise along v, make that at most the tolerance. The derivatives are the largest of 5 by 5 samples of a piece, or,
+    where that makes more than 256 steps, of what is left of it: a part is halved until one step is enough.
 
     Reference: Filip, Magedson and Markot (1986), Surface algorithms using bounds on derivatives, Computer Aided
     Geometric Design 3(4), theorem 1.
     """
-    u_count, v_count = len(patch.u), len(patch.v)
-    grid = np.meshgrid(np.arange(v_count), np.arange(u_count), _SAMPLES, _SAMPLES, indexing="ij")
-    v_piece, u_piece, v, u = (axis.reshape(-1) for axis in grid)
-    derivatives = patch.derivatives(Places(u_piece, v_piece, u, v))
-    size = {name: np.linalg.norm(rows, axis=1) for name, rows in derivatives.items()}
-    bends = {
-        name: np.nan_to_num(size[name].reshape(v_count, u_count, -1), posinf=0).max(axis=2)
-        for name in ("uu", "uv", "vv")
-    }
-    steps = []
-    for name, axis, degree in (("uu", 0, patch.u.degree), ("vv", 1, patch.v.degree)):
-        largest = np.maximum(bends[name], bends["uv"]).max(axis=axis)
-        count = np.ceil(np.minimum(np.sqrt(largest / (2 * tolerance)), _MOST_STEPS)).astype(np.int64)
-        steps.append(np.maximum(count, _LEAST_STEPS if degree > 1 else 1))
-    return steps[0], steps[1]
+    (u, is_u_fine), (v, is_v_fine) = (_lines_along(patch, axis, tolerance) for axis in "uv")
+    return Lines(u, v, is_u_fine and is_v_fine)
 
 
-def tessellate(
-    patch: Patch, steps: tuple[np.ndarray, np.ndarray], regions: Sequence[Rings] | None = None
-) -> Tessellation:
+def _lines_along(patch: Patch, axis: str, tolerance: float) -> tuple[np.ndarray, bool]:
+    """Return the parameters along ``axis``, u or v, and whether they are as close as the tolerance asks for."""
+    pieces = patch.u if axis == "u" else patch.v
+    piece, ends = np.arange(len(pieces)), np.tile([0.0, 1.0], (len(pieces), 1))
+    count = np.ceil(np.sqrt(_bends(patch, axis, piece, ends) / (2 * tolerance)))
+    is_even = count <= _MOST_STEPS
+    steps = np.maximum(np.where(is_even, count, 1), _LEAST_STEPS if pieces.degree > 1 else 1).astype(np.int64)
+    lines = [_even_lines(pieces, steps)]
+    piece, ends = piece[~is_even], ends[~is_even]
+    halves = 0
+    for _ in range(_MOST_HALVES):
+        if not 0 < len(piece) <= _MOST_LINES - halves:
+            break
+        halves += len(piece)
+        middle = ends.mean(axis=1, keepdims=True)
+        share = middle[:, 0]
+        lines.append((1 - share) * pieces.start[piece] + share * pieces.end[piece])
+        piece = np.repeat(piece, 2)
+        ends = np.stack([np.hstack([ends[:, :1], middle]), np.hstack([middle, ends[:, 1:]])], axis=1).reshape(-1, 2)
+        is_bent = _bends(patch, axis, piece, ends) * np.square(np.diff(ends)[:, 0]) > 2 * tolerance
+        piece, ends = piece[is_bent], ends[is_bent]
+    return np.unique(np.concatenate(lines)), not len(piece)
+
+
+def _bends(patch: Patch, axis: str, piece: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the largest second derivatives of parts of pieces along an axis, the other axis throughout: shape [n].
+
+    Args:
+        patch: The surface.
+        axis: ``u`` or ``v``.
+        piece: Of each part, shape [n].
+        ends: Where, along the piece, the part begins and ends: shape [n, 2].
+    """
+    other = patch.v if axis == "u" else patch.u
+    row, along, at, off = (
+        part.reshape(-1)
+        for part in np.meshgrid(np.arange(len(piece)), np.arange(len(other)), _SAMPLES, _SAMPLES, indexing="ij")
+    )
+    place = (1 - at) * ends[row, 0] + at * ends[row, 1]
+    u_first = Places(piece[row], along, place, off)
+    places = u_first if axis == "u" else Places(along, piece[row], off, place)
+    derivatives = patch.derivatives(places)
+    sizes = [np.linalg.norm(derivatives[name], axis=1).reshape(len(piece), -1) for name in (2 * axis, "uv")]
+    return np.nan_to_num(np.maximum(*sizes), posinf=0).max(axis=1)
+
+
+def tessellate(patch: Patch, lines: Lines, regions: Sequence[Rings] | None = None) -> Tessellation:
     """Return the triangles of a surface.
 
     Args:
         patch: The surface.
-        steps: As ``count_steps`` gives them: of each piece in u, and of each in v, int, shape [pieces] each.
+        lines: As ``find_lines`` gives them.
         regions: What trim curves leave of its domain; None: all.
     """
-    u_lines, v_lines = (_lines(pieces, count) for pieces, count in zip((patch.u, patch.v), steps, strict=True))
+    u_lines, v_lines, _ = lines
     if regions is None:
         vertices, triangles = _grid(u_lines, v_lines)
     else:
@@ -101,7 +152,7 @@ def tessellate(
     return Tessellation(points[used], rows.reshape(-1, 3), corners.reshape(-1, 3), places, pieces)
 
 
-def _lines(pieces: Pieces, steps: np.ndarray) -> np.ndarray:
+def _even_lines(pieces: Pieces, steps: np.ndarray) -> np.ndarray:
     """Return the parameters that the pieces are cut at, ascending, their ends among them."""
     first = np.cumsum(steps) - steps
     step = np.arange(steps.sum()) - np.repeat(first, steps)

@@ -18,7 +18,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh, Primvar
 from warp_rt.splines.patch import Patch
 from warp_rt.splines.pieces import MAX_ORDER, Pieces, find_pieces
-from warp_rt.splines.tessellation import Tessellation, count_steps, tessellate
+from warp_rt.splines.tessellation import Tessellation, find_lines, tessellate
 from warp_rt.usd.arrays import doubles, point_weights
 from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, UNUSED_NORMALS, read_normals, repair_normals
@@ -147,11 +147,13 @@ def read_nurbs_patch(
         return None
     patch, (u_count, v_count), skin = read
     tolerance = TOLERANCE * patch.size / 4**level
-    steps = count_steps(patch, tolerance)
-    count = 2 * int(steps[0].sum()) * int(steps[1].sum())
+    lines = find_lines(patch, tolerance)
+    count = 2 * (len(lines.u) - 1) * (len(lines.v) - 1)
     if count > MAX_FACES:
         raise LimitError(f"{path}: it would have {count} triangles; {MAX_FACES} can be meant")
-    cut = tessellate(patch, steps, read_regions(schema, patch, tolerance, time, report))
+    if not lines.is_fine:
+        report.warn(BAD_PATCH, path, "its pointWeights are too far apart to be followed: bends are cut coarsely")
+    cut = tessellate(patch, lines, read_regions(schema, patch, tolerance, time, report))
     if not len(cut.triangles):
         report.warn(EMPTY, path, "NurbsPatch of which nothing is left")
         return None
