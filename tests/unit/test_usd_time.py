@@ -278,6 +278,38 @@ def test_clips_hold_visibility_and_transforms_that_nothing_else_authors(tmp_path
     assert len(load(tmp_path / "stage.usda", 9).instances) == 0
 
 
+@pytest.mark.parametrize("gprim", ["Sphere", "Points", "Mesh"], ids=["shape without elements", "points", "mesh"])
+def test_clips_hold_display_colors_that_nothing_else_authors(gprim: str, tmp_path: Path) -> None:
+    (tmp_path / "clip.usda").write_text(
+        """#usda 1.0
+        over "m" {
+            color3f[] primvars:displayColor.timeSamples = { 0: [(1, 0, 0)], 10: [(0, 0, 1)] }
+        }
+        """
+    )
+    (tmp_path / "stage.usda").write_text(
+        f"""#usda 1.0
+        def {gprim} "m" (
+            clips = {{ dictionary default = {{
+                string primPath = "/m"
+                asset[] assetPaths = [@./clip.usda@]
+                double2[] active = [(0, 0)]
+                asset manifestAssetPath = @./clip.usda@
+            }} }}
+        ) {{
+            point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0)]
+            float[] widths = [1, 1, 1, 1]
+            int[] faceVertexCounts = [4]
+            int[] faceVertexIndices = [0, 1, 2, 3]
+        }}
+        """
+    )
+    scene = load(tmp_path / "stage.usda", 5)
+    held = scene.meshes[0].primvars.get("displayColor")
+    color = scene.instances.primvars["displayColor"] if held is None else held.values
+    np.testing.assert_allclose(color[0], (0.5, 0, 0.5))
+
+
 # --- topology
 
 

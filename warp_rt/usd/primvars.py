@@ -116,7 +116,8 @@ def read_primvars(prim: Usd.Prim, layout: Elements, time: Usd.TimeCode, report: 
 
 def _own_primvars(prim: Usd.Prim, report: Report) -> Iterator[UsdGeom.Primvar]:
     """Yield a prim's primvars that have values of their own; tell of those that are connected."""
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetAuthoredPrimvars():
+    # Those of the schema too, which no layer may name and value clips hold.
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvars():
         _tell_connection(primvar, report)
         if primvar.HasAuthoredValue():
             yield primvar
