@@ -48,8 +48,8 @@ def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int
     rim = rim_angle(light)
     if theta - half >= end:
         return DARK
-    # A soft rim that is much wider than the light looks straight to it.
-    if theta + half <= rim or end - rim > FAR_LIGHT * half:
+    # A soft rim that is much wider than the light looks straight to it, but for where it ends.
+    if theta + half <= rim or wp.min(end - rim, end - theta) > FAR_LIGHT * half:
         return EVEN
     return CUT
 

@@ -242,6 +242,24 @@ def test_cone_and_focus_shape_it() -> None:
         assert lit(light, (1.5, 0.1), light_samples=samples)[0] == 0
 
 
+def test_where_a_soft_cone_ends_small_parts_are_not_alike() -> None:
+    """A sheet of 128 triangles that leans against its axis, level, about where the cone of 89 degrees ends."""
+    lean = np.array([[1, 0, 0], [0, 0.6, 0.8], [0, -0.8, 0.6]])
+    shape = refined(TRIANGLES, 3) @ lean.T
+    matrix = looking((0, 1, 0), (0, 0, 1.5))
+    light = mesh(shape, matrix, cone_angle=np.radians(89), cone_softness=1.0)
+    corners = refined(shape, 4) @ matrix[:3, :3].T + matrix[:3, 3]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    for place in ((0.1, 0.2), (0.1, 0.3), (1.0, 0.4), (1.0, 0.1)):
+        to_light = corners.mean(axis=1) - (*place, 0.0)
+        d = np.linalg.norm(to_light, axis=1)
+        seen = np.maximum(-(to_light * normal).sum(axis=1), 0.0) * np.maximum(to_light[:, 2], 0.0) / d**4
+        factor = shaped_by(light, to_light @ matrix[:3, 2] / d)[:, 0]
+        expected = (seen * factor).sum() / np.pi
+        assert expected > 0
+        assert lit(light, place)[0] / L[0] == pytest.approx(expected, rel=2e-3)
+
+
 def test_little_that_a_cone_leaves_of_a_ball() -> None:
     """Where it is a ten thousandth as bright as on its axis, which looks up: beside the sum over small patches."""
     matrix = looking((0.547, 0.448, 0.707), (-0.979, -0.984, 1.405))
