@@ -15,7 +15,7 @@ from warp_rt.report import Report
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.shading_network import Node, find_source, read_constant
 
-_CODE = "W303"
+UNKNOWN_NODE = "W303"
 _IMAGES = re.compile(r"ND_(?:(?:tiled|gltf_|gltf_color)?image|triplanarprojection)(?:_.*)?")
 _FRAMED = re.compile(r"ND_(?:normalmap|bump)(?:_.*)?")
 _OF_IMAGES = {"layer": "", "filtertype": "linear", "framerange": "", "frameoffset": 0, "frameendaction": "constant"}
@@ -28,12 +28,12 @@ def note_left_out(node: Node, time: Usd.TimeCode, report: Report) -> None:
         for name, usual in _OF_IMAGES.items():
             value = read_constant(node.shader, name, time, report)
             if value is not None and value != usual:
-                report.warn(_CODE, node.shader.GetPath(), f"its {name}, {shown(value)}, is left out")
+                report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"its {name}, {shown(value)}, is left out")
     if _FRAMED.fullmatch(node.id):
         for name in _OF_FRAMES:
             if _is_own(node.shader.GetInput(name), name, report):
                 continue
-            report.warn(_CODE, node.shader.GetPath(), f"its {name} is left out: that of the surface counts")
+            report.warn(UNKNOWN_NODE, node.shader.GetPath(), f"its {name} is left out: that of the surface counts")
 
 
 def _is_own(port: UsdShade.Input | None, name: str, report: Report) -> bool:
