@@ -629,6 +629,24 @@ def test_a_primvar_that_cannot_be_read_is_named_where_a_material_reads_it(primva
         }
 
 
+@pytest.mark.parametrize(
+    ("indices", "size", "code"),
+    [("[0, 1, 2]", 3, "W106"), ("[0, 0, 0]", 3, "W108"), ("[0, 1, 3]", 3, "W108"), ("[0, 1, 1]", 2, "W106")],
+)
+def test_indices_tell_values_from_elements_of_several(indices: str, size: int, code: str) -> None:
+    mesh = (
+        f"{TRIANGLE}\nrel material:binding = </M>\n"
+        f'float[] primvars:wear = [4, 5, 6] (interpolation = "vertex"\nelementSize = {size})\n'
+        f"int[] primvars:wear:indices = {indices}"
+    )
+    scene = load(READS.replace("KIND", "float") + f'def Mesh "m" ({API}) {{\n{mesh}\n}}')
+    assert codes(scene) == {"/m": code}
+    if code == "W106":
+        wear = scene.meshes[0].primvars["wear"]
+        expected = np.array([4, 5, 6])[np.array(eval(indices))]
+        np.testing.assert_array_equal(wear.values[wear.indices][0, :, 0], expected)
+
+
 def _textured(readers: str, prims: str, folder: Path) -> Scene:
     image = folder / "image.png"
     PilImage.new("RGB", (2, 2)).save(image)

@@ -92,19 +92,18 @@ def bound_material(prim: Usd.Prim, purposes: Sequence[str]) -> tuple[UsdShade.Ma
             found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
         if not found[1]:
             general = UsdShade.Material(), None
-        elif _purpose_of(found[1]) == purpose:
+        elif purpose_of(found[1].GetName()) == purpose:
             return found
         else:
             general = found
     return UsdShade.Material(), None
 
 
-def _purpose_of(relationship: Usd.Relationship) -> str:
-    """Return the material purpose that a binding is for."""
-    name = relationship.GetName()
+def purpose_of(name: str) -> str:
+    """Return the material purpose that a binding of a name is for."""
     if name.startswith(_COLLECTION):
-        return str(name.removeprefix(_COLLECTION).rpartition(":")[0])
-    return str(name.removeprefix("material:binding").removeprefix(":"))
+        return name.removeprefix(_COLLECTION).rpartition(":")[0]
+    return name.removeprefix("material:binding").removeprefix(":")
 
 
 def is_shared(bindings: Bindings) -> bool:

@@ -139,7 +139,22 @@ def _tell_connection(primvar: UsdGeom.Primvar, report: Report) -> None:
 
 def is_drawable(primvar: UsdGeom.Primvar) -> bool:
     """Return whether a primvar can hold a scalar or vector per element; joint weights and the like cannot."""
-    return is_declared_drawable(*primvar.GetDeclarationInfo())
+    name, value_type, interpolation, element_size = primvar.GetDeclarationInfo()
+    if element_size > 1 and name not in WIDTHS and _indices_count_values(primvar, element_size):
+        element_size = 1
+    return is_declared_drawable(name, value_type, interpolation, element_size)
+
+
+def _indices_count_values(primvar: UsdGeom.Primvar, element_size: int) -> bool:
+    """Return whether a primvar's indices go beyond its elements, though not beyond its values.
+
+    Some exporters declare all values as one element.
+    """
+    time = Usd.TimeCode.EarliestTime()
+    values, indices = primvar.Get(time), primvar.GetIndices(time)
+    if not indices or not hasattr(values, "__len__"):
+        return False
+    return len(values) // element_size <= max(indices) < len(values)
 
 
 def is_declared_drawable(name: str, value_type: Sdf.ValueTypeName, interpolation: str, element_size: int) -> bool:
@@ -178,6 +193,10 @@ def read_primvar(
     values = _values(primvar, time, report)
     if values is None:
         return None
+    element_size = primvar.GetElementSize()
+    if element_size > 1 and _indices_count_values(primvar, element_size):
+        what = f"{primvar.GetName()}: its indices count values, not elements of {element_size}; read value by value"
+        report.warn(WRONG_LENGTH, primvar.GetAttr().GetPrim().GetPath(), what)
     indices = primvar.GetIndices(time) if primvar.IsIndexed() else None
     return lay_out(
         values,

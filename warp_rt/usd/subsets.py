@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.usd.arrays import integers
+from warp_rt.usd.bindings import BINDING_PURPOSES, purpose_of
 from warp_rt.usd.questions import get_type_name
 
 _ALL = Usd.TraverseInstanceProxies()
@@ -26,7 +27,8 @@ BAD_FACE = "W111"
 def report_misplaced(prim: Usd.Prim, bindings: Sequence[str], report: Report) -> None:
     """Report a GeomSubset that nobody asks for its material: see ``Authored.bindings``."""
     parent = prim.GetParent()
-    if bindings and get_type_name(parent) not in OWNERS:
+    is_drawn = any(purpose_of(name) in BINDING_PURPOSES for name in bindings)  # what physics binds is not
+    if is_drawn and get_type_name(parent) not in OWNERS:
         what = f"the {get_type_name(parent)} above" if get_type_name(parent) else "what is above"
         report.warn(BAD_FACE, prim.GetPath(), f"its material left out: {what} has no subsets with materials")
 
