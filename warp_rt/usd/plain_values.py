@@ -198,7 +198,7 @@ def _read_primvars(
             if not is_drawable:
                 if not value_type:  # no attribute, but a relationship
                     return None
-                if name + _INDICES in authored.names:  # which may show that it is drawn after all
+                if indices_name:  # they may show that it is drawn after all
                     return None
                 continue
         value = get_value(attribute, time)
