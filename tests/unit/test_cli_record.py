@@ -164,7 +164,7 @@ def test_flags_without_effect_are_taken_and_unknown_renderers_refused(stage, cap
     assert record("wall.usda", "a.png", "-w", "8", *flags, "--traceFormat", "chrome", "-r", "whitted") == 0
     assert not (stage.parent / "t.json").exists()
     assert record("wall.usda", "a.png", "--renderer", "Storm") == 2
-    assert "--renderer: there is no 'Storm'; there are whitted" in capfd.readouterr().err
+    assert "--renderer: there is no 'Storm', only whitted; leave it out" in capfd.readouterr().err
 
 
 def test_draw_modes_are_obeyed_unless_disabled(tmp_path, monkeypatch):

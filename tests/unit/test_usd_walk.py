@@ -804,6 +804,31 @@ def test_constant_normals_above_a_mesh_are_told_where_they_would_be_inherited() 
     )
 
 
+@pytest.mark.parametrize(
+    ("interpolation", "own", "is_told"),
+    [("vertex", "", True), ("varying", "", True), ("constant", "", False), ("vertex", "float[] widths = [1]\n", False)],
+)
+def test_widths_by_instance_are_told_where_points_would_take_them(interpolation: str, own: str, is_told: bool) -> None:
+    scene = load(
+        f"""
+        def PointInstancer "i" {{
+            point3f[] positions = [(0, 0, 0), (3, 0, 0)]
+            int[] protoIndices = [0, 0]
+            rel prototypes = </i/group>
+            float[] primvars:widths = [1, 2] (interpolation = "{interpolation}")
+            def Xform "group" {{ def Points "p" {{
+                point3f[] points = [(0, 0, 0)]
+                {own}
+            }}
+            }}
+        }}
+        """
+    )
+    told = {record.prim: record.message for record in scene.diagnostics if record.code == "W119"}
+    message = "its primvars:widths, one for each instance, do not count for /i/group/p, which would inherit them"
+    assert told == ({"/i": message} if is_told else {})
+
+
 def test_constant_widths_above_points_are_inherited() -> None:
     """As ``FindPrimvarWithInheritance`` finds them; through instances and instancers each copy has those above it."""
     bare = 'def Points "p" {\npoint3f[] points = [(0, 0, 0)]\n}\n'

@@ -94,7 +94,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         )
     if args.renderer is not None:
         if args.renderer.lower() not in INTEGRATORS:
-            raise OptionError(f"--renderer: there is no {args.renderer!r}; there are {', '.join(INTEGRATORS)}")
+            raise OptionError(f"--renderer: there is no {args.renderer!r}, only {', '.join(INTEGRATORS)}; leave it out")
         args.integrator = args.renderer.lower()
     args.tonemap = _COLOR_MODES[args.color_mode]
     output = Path(args.output)

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Constant normals above geometry, which USD hands down as any constant primvar and pictures do not show."""
+"""Normals and widths above geometry that pictures do not show, though USD hands them down as any primvar."""
 
 from __future__ import annotations
 
-from pxr import Usd, UsdGeom
+from collections.abc import Iterable
+
+from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
+from warp_rt.usd.curves import TYPES as CURVES
 from warp_rt.usd.mesh import SUBDIVISION_SCHEMES
 from warp_rt.usd.questions import get_type_name
 
@@ -28,10 +31,34 @@ def report_not_inherited(prim: Usd.Prim, report: Report) -> None:
         for below in Usd.PrimRange(prim, Usd.TraverseInstanceProxies())
         if below != prim and _takes(below) and _source(below) == prim
     ]
+    _report_heirs(prim, "constant primvars:normals", heirs, report)
+
+
+def report_widths_by_instance(instancer: Usd.Prim, prototypes: Iterable[Sdf.Path], report: Report) -> None:
+    """Report curves and points in prototypes whose copies would each have a width of its own from their PointInstancer.
+
+    Copies share their geometry. Reference: UsdGeomPointInstancer, "Primvars on PointInstancer".
+    """
+    roots = [instancer.GetStage().GetPrimAtPath(path) for path in prototypes]
+    heirs = [
+        below
+        for root in filter(None, roots)
+        for below in Usd.PrimRange(root, Usd.TraverseInstanceProxies())
+        if get_type_name(below) in CURVES and not _has_width(below)
+    ]
+    _report_heirs(instancer, "primvars:widths, one for each instance,", heirs, report)
+
+
+def _report_heirs(prim: Usd.Prim, what: str, heirs: list[Usd.Prim], report: Report) -> None:
     if heirs:
         more = f" and {len(heirs) - 1} more" if len(heirs) > 1 else ""
-        message = f"its constant primvars:normals do not count for {heirs[0].GetPath()}{more}, which would inherit them"
+        message = f"its {what} do not count for {heirs[0].GetPath()}{more}, which would inherit them"
         report.warn(NOT_HANDED_DOWN, prim.GetPath(), message)
+
+
+def _has_width(prim: Usd.Prim) -> bool:
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("widths")
+    return prim.GetAttribute("widths").HasAuthoredValue() or (bool(primvar) and primvar.HasAuthoredValue())
 
 
 def _takes(prim: Usd.Prim) -> bool:

@@ -20,6 +20,7 @@ from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, handed_width
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.instance_bindings import SharedBindings
 from warp_rt.usd.motion import read_times
+from warp_rt.usd.not_inherited import report_widths_by_instance
 from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
 from warp_rt.usd.primvars import Values, constants_of_instances, inherited_constants
@@ -123,6 +124,8 @@ class Prototypes:
         times = read_times(prim, self._time, self._base_time, self._report)
         instances = read_point_instances(prim, *times, self._report)
         self._note_children(prim, instances.prototypes)
+        if "widths" in instances.values:
+            report_widths_by_instance(prim, instances.prototypes, self._report)
         name = context.name(prim)
         own = constants_of_instances(prim, self._time, self._report)  # of prototypes elsewhere too
         for row, path in enumerate(instances.prototypes):
