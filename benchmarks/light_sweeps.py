@@ -81,7 +81,7 @@ def _area_sweeps(kind: str, files: Mapping[str, Path]) -> Iterator[tuple[str, li
         yield title, [LightFrame(kind, more, TILTED @ scale) for scale in scales]
     yield "shear", [LightFrame(kind, five, OVERHEAD @ SHEAR), LightFrame(kind, five, OVERHEAD @ SHEAR.T)]
     heights = [0.2, 0.5, 1.5, 5.0, 25.0, 400.0]
-    yield "height", [LightFrame(kind, five, moved(0.7, y, -0.4) @ turned(0, -90)) for y in heights]
+    yield "distance", [LightFrame(kind, five, moved(0.7, y, -0.4) @ turned(0, -90)) for y in heights]
     yield "standing", [LightFrame(kind, five, STANDING @ turned(1, angle)) for angle in (0, 30, 60, 90)]
     wide = {"width": 6.0, "height": 4.0, "radius": 2.0, "length": 6.0}
     large = {**five, **{name: wide[name] for name in _SIZES[kind]}}
