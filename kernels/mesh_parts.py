@@ -9,7 +9,7 @@ Nature 324: what is small as seen from a point acts as if all of it were at its 
 import warp as wp
 
 from .codes import VARIED
-from .constants import CLUSTER_SIZE, MESH_LIGHT_EXACT
+from .constants import CLUSTER_SIZE, MESH_LIGHT_EXACT, SPAWN_OFFSET
 from .light import patch_irradiance
 from .light_structs import LightCluster, LightData, LightMeshData, LightTriangle
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
@@ -17,6 +17,7 @@ from .light_variation import CUT, DARK
 from .mesh_visibility import ball_around, front_of_ball
 from .shaped_mesh import Grain, patch_view, shade_patch, shaped_triangle
 from .structs import SceneData
+from .vector import max_magnitude
 
 OUT_OF_SIGHT = wp.constant(0)
 """What :func:`cluster_view` says of a cluster: nothing of it shines on the surface,"""
@@ -131,6 +132,9 @@ def whole_triangle(
 ) -> VisiblePart:
     """Return what a triangle of a mesh light sends to a surface, nothing in between.
 
+    To a surface in its own plane, as the light's own is, it sends nothing; to which side of it rounding puts that does
+    not tell.
+
     Args:
         scene: Lights' triangles and clusters, profiles.
         light: The light.
@@ -141,13 +145,17 @@ def whole_triangle(
         grain: How small pieces get, of a light whose radiance varies.
     """
     triangle = scene.light_triangles[mesh.offset + row]
+    reach = wp.max(max_magnitude(triangle.origin), max_magnitude(position))
     triangle.origin = triangle.origin - position
     part = VisiblePart()
+    normal = wp.cross(triangle.side_x, triangle.side_y)
+    if wp.abs(wp.dot(normal, triangle.origin)) <= SPAWN_OFFSET * reach * wp.length(normal):
+        return part
     if (light.varies & VARIED) == 0:
         part = triangle_part(mesh, triangle, n, smallness(mesh))
     else:
         part = shaped_triangle(scene, light, mesh, triangle, n, grain)
-    part.normal = wp.cross(triangle.side_x, triangle.side_y)
+    part.normal = normal
     part.free_sides = triangle.free_sides
     return part
 

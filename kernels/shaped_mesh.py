@@ -326,6 +326,20 @@ def ends_within(scene: wp.ref[SceneData], light: wp.ref[LightData], triangle: Li
 
 
 @wp.func
+def holds_direction(triangle: LightTriangle, direction: wp.vec3) -> bool:
+    """Return whether a direction from the surface meets a triangle, whose origin is as seen from there."""
+    normal = wp.cross(triangle.side_x, triangle.side_y)
+    down = wp.dot(normal, direction)
+    away = wp.dot(normal, triangle.origin)
+    if down * away <= 0.0:
+        return False
+    p = direction * (away / down) - triangle.origin
+    u = wp.dot(normal, wp.cross(p, triangle.side_y))
+    v = wp.dot(normal, wp.cross(triangle.side_x, p))
+    return u >= 0.0 and v >= 0.0 and u + v <= wp.length_sq(normal)
+
+
+@wp.func
 def add_outline(
     total: wp.ref[VisiblePart],
     scene: wp.ref[SceneData],
@@ -345,7 +359,15 @@ def add_outline(
         grain: How the meridians lie.
     """
     seen = polygon_above(triangle, n)
-    view = meridian_view(scene, light, middle_of(triangle), ball_square(triangle))
+    # Of a near triangle that an end of the axis meets, the middle may be nearer to the other end, from which on the
+    # sums would count what is outside of the outline.
+    middle = middle_of(triangle)
+    up = light.axis_z * wp.length(middle)
+    if holds_direction(triangle, up):
+        middle = up
+    elif holds_direction(triangle, -up):
+        middle = -up
+    view = meridian_view(scene, light, middle, ball_square(triangle))
     view.step = wp.min(view.step, grain.meridians.step)
     shaped = ShapedFlux()
     for k in range(seen.count):

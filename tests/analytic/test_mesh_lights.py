@@ -14,7 +14,7 @@ from warp_rt import Scene, load_scene
 from warp_rt.scene import Light, LightKind, Material
 
 from ..lights_float64 import shaping as shaped_by
-from .scenes import lamp, looking, parallel, preview, radiance, scene_of, square, whitted
+from .scenes import lamp, looking, parallel, preview, radiance, render, scene_of, square, whitted
 
 L = np.array([2.0, 1.0, 0.5])
 PLACES = [(0.2, 0.1), (1.5, -0.5), (-2.0, 1.0)]
@@ -274,6 +274,23 @@ def test_little_that_a_cone_leaves_of_a_ball() -> None:
         assert lit(light, place)[0] / L[0] == pytest.approx((seen * factor).sum() / np.pi, rel=0.01)
 
 
+@pytest.mark.parametrize("normal", [(0.0, 1.0, 0.0), (0.0, 0.9, 0.436), (0.2, 0.9, -0.387)])
+def test_a_near_triangle_at_the_dark_end_of_a_cone(normal: tuple) -> None:
+    """The cone's axis meets it behind, and before its surface's horizon or at it; its middle is before the cone."""
+    corners = np.array([[(-0.33, 1.641, 0.74), (-0.407, 0.152, -0.593), (1.025, -0.819, 0.41)]])
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.linalg.inv(looking(-np.array(normal)))[:3, :3]
+    matrix[:3, 3] = (0.3, 0.2, 0.0)
+    light = mesh(corners, matrix, cone_angle=np.radians(65), cone_softness=0.1, focus=1.0, focus_tint=(0.0, 0.0, 1.0))
+    pieces = refined(corners, 8) @ matrix[:3, :3].T
+    to_light = pieces.mean(axis=1)
+    across = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0]) / 2
+    d = np.linalg.norm(to_light, axis=1)
+    seen = np.maximum(-(to_light * across).sum(axis=1), 0.0) * np.maximum(to_light[:, 2], 0.0) / d**4
+    expected = L * (shaped_by(light, to_light @ matrix[:3, 2] / d) * seen[:, None]).sum(axis=0) / np.pi
+    np.testing.assert_allclose(lit(light, (0.3, 0.2)), expected, rtol=0.01)
+
+
 @pytest.mark.parametrize("times", [0, 2, 4])
 @pytest.mark.parametrize("tilt", [(1.0, 0.0, 0.0), (1.0, 0.0, 0.3)])
 def test_what_is_below_the_horizon_gives_nothing(tilt: tuple, times: int) -> None:
@@ -286,6 +303,23 @@ def test_what_is_below_the_horizon_gives_nothing(tilt: tuple, times: int) -> Non
     assert expected[0] > 0.05
     np.testing.assert_allclose(lit(light, place), expected, rtol=5e-3)
     np.testing.assert_allclose(lit(light, place, light_samples=1024), expected, rtol=0.01)
+
+
+@pytest.mark.parametrize("shaping", [{}, {"cone_angle": 1.1, "focus": 1.0}])
+@pytest.mark.parametrize("is_double_sided", [False, True])
+@pytest.mark.parametrize("samples", [0, 64])
+def test_a_flat_light_gives_itself_nothing(shaping: dict, is_double_sided: bool, samples: int) -> None:
+    """Its own plane is at the horizon of either of its sides, on whichever side of it rounding puts a point."""
+    matrix = looking((1.0, 0.3, 0.7), (5.0, -3.0, 8.0)) @ np.diag([1.5, 1.2, 1.0, 1.0])
+    plate = replace(
+        square(whitted(diffuse=1.0)), points=RECT, faces=np.array([(0, 1, 2), (0, 2, 3)]), world_from_local=matrix
+    )
+    scene = scene_of(plate, lights=[mesh(TRIANGLES, matrix, is_double_sided=is_double_sided, **shaping)])
+    for side in (1.0, -1.0):
+        camera = parallel(matrix[:3, 3] + side * matrix[:3, 2], -side * matrix[:3, 2], half=0.4)
+        film = render(scene, camera, width=32, height=32, light_samples=samples)
+        assert film.alpha.min() == 1.0
+        np.testing.assert_allclose(film.color, 0.0, atol=1e-3)  # samples near by are off the plane by rounding
 
 
 @pytest.mark.parametrize(("roughness", "samples"), [(0.05, 0), (0.05, 64), (0.25, 0), (0.3, 256)])
