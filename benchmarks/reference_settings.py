@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
 POLYGON_SIDES = 10  # of implicit shapes that Hydra and arnold-usd draw as meshes, round the axis and along a sphere's
@@ -83,6 +84,23 @@ def _cage(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[list[tuple[float, ...]], 
     return _turned([(distance, -height) for distance, height in reversed(top)] + top, axis)
 
 
+def with_flat_ends(stage: Usd.Stage, time: Usd.TimeCode) -> None:
+    """Replace linear BasisCurves of one width by a cylinder a segment, which ends where the segment does."""
+    for prim in [prim for prim in stage.TraverseAll() if prim.IsA(UsdGeom.BasisCurves)]:
+        curves = UsdGeom.BasisCurves(prim)
+        points, radius = curves.GetPointsAttr().Get(time), curves.GetWidthsAttr().Get(time)[0] / 2
+        ends = np.cumsum(curves.GetCurveVertexCountsAttr().Get(time))
+        prim.SetTypeName("Xform")
+        for last, (start, end) in enumerate(itertools.pairwise(points), start=1):
+            if last in ends:  # of one curve to the first of another
+                continue
+            cylinder = UsdGeom.Cylinder.Define(stage, prim.GetPath().AppendChild(f"segment_{last}"))
+            cylinder.GetRadiusAttr().Set(radius)
+            cylinder.GetHeightAttr().Set((end - start).GetLength())
+            turn = Gf.Rotation(Gf.Vec3d.ZAxis(), Gf.Vec3d(end - start))
+            cylinder.AddTransformOp().Set(Gf.Matrix4d(turn, Gf.Vec3d(start + end) / 2))
+
+
 def _turned(profile: list[tuple[float, float]], axis: str) -> tuple[list[tuple[float, ...]], list[list[int]]]:
     """Return points and faces of a profile, pairs of distance from the axis and height, turned about an axis."""
     points: list[tuple[float, ...]] = []
@@ -116,6 +134,16 @@ def _subdivided(stage: Usd.Stage, time: Usd.TimeCode) -> None:
             UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Set(UsdGeom.Tokens.catmullClark)
 
 
+def as_sampled_now(stage: Usd.Stage, time: Usd.TimeCode) -> None:
+    """Give PointInstancers' positions and velocities a time sample at ``time``, and no other."""
+    for instancer in map(UsdGeom.PointInstancer, stage.TraverseAll()):
+        for attribute in (instancer.GetPositionsAttr(), instancer.GetVelocitiesAttr()):
+            value = attribute.Get(time) if attribute else None
+            if value is not None:
+                attribute.Clear()
+                attribute.Set(value, time)
+
+
 def _with_settings_and_polygons(stage: Usd.Stage, time: Usd.TimeCode) -> None:
     stage.SetMetadata("renderSettingsPrimPath", "/Render/rendersettings1")
     as_polygons(stage, time)
@@ -144,6 +172,7 @@ SETTINGS = {
         complexity="veryhigh",
         edit=_subdivided,
     ),
+    "test_13221.3/": Setting("curves end flat, not round", edit=with_flat_ends),
     "test_0202/": Setting(
         "the only RenderSettings count, whose pixelAspectRatio is 1.333, though renderSettingsPrimPath is not set;"
         " implicit shapes are cages of ten sides",
@@ -154,6 +183,12 @@ SETTINGS = {
         "the sphere is a light by primvars:arnold:light, and not drawn", edit=_without("/sphereLight")
     ),
     "test_1657/": _NOISE_OF_ONE,
+    "test_1868/": Setting(
+        "velocities carry positions that have no time sample, as if both had one at the frame; AA_samples is 4",
+        edit=as_sampled_now,
+        smoothing=3.0,
+        samples=16,
+    ),
     "test_2127/": Setting("AA_samples is 4: 16 times a pixel", samples=16),
     "test_2231/": _NOISE,
     "test_2254/": _NOISE_OF_ONE,

@@ -16,10 +16,11 @@ camera, complexity and purposes that its test asked for, with dome lights hidden
 A pixel is covered where alpha is above one half. Of an opaque reference those are covered that are not of the
 background's colour (the one that the test cleared with, else the corners'), which holds for a small share of a pixel,
 so that a small share counts in ours, too; there is nothing to compare where the corners differ from one another, as
-they do before a dome with a texture. Arnold filters by a Gaussian two pixels wide, and so do we beside it; Storm does
-not know depth of field, and beside it there is none. benchmarks/reference_settings.py lists with what else some
-pictures were made, and why. OUT gets references.tsv, the pictures, and sheets that show
-reference, ours and the difference of coverage (red: theirs alone, blue: ours alone), the worst first.
+they do before a dome with a texture. Arnold filters by a Gaussian two pixels wide, and so do we beside it; where its
+pixels have one sample, ours have one, in the middle. Storm does not know depth of field, and beside it there is none.
+benchmarks/reference_settings.py lists with what else some pictures were made, and why. OUT gets references.tsv, the
+pictures, and sheets that show reference, ours and the difference of coverage (red: theirs alone, blue: ours alone), the
+worst first.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image as PillowImage
 from PIL import ImageDraw
-from pxr import Usd
+from pxr import Usd, UsdRender
 
 from warp_rt import Renderer, RenderOptions, Scene
 from warp_rt.api import open_scene
@@ -280,29 +281,44 @@ def silhouette(pair: Pair, alpha: np.ndarray) -> np.ndarray:
 def render_pair(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Image:
     """Return our picture of a stage, filtered as the reference is."""
     if pair.renderer != "arnold":
-        return Image(_render(corpora, pair, shape))
-    film = _render(corpora, pair, (PARTS * shape[0], PARTS * shape[1]))
-    filtered = {name: filter_parts(film.aovs[name]) for name in ("color", "alpha")}
+        return Image(_render(corpora, pair, shape, SAMPLES))
+    setting = setting_of(pair.image)
+    is_blurred = setting is not None and setting.smoothing > 0
+    count, samples = (1, 1) if is_sampled_once(corpora / pair.stage) and not is_blurred else (PARTS, SAMPLES)
+    film = _render(corpora, pair, (count * shape[0], count * shape[1]), samples)
+    filtered = {name: filter_parts(film.aovs[name], count) for name in ("color", "alpha")}
     return Image(replace(film, width=shape[1], height=shape[0], aovs=filtered))
 
 
-def filter_parts(parts: np.ndarray) -> np.ndarray:
-    """Return pixels, shape [height, width, ...], of an array that has ``PARTS`` x ``PARTS`` times as many."""
-    height, width = parts.shape[0] // PARTS, parts.shape[1] // PARTS
-    around = ((PARTS, PARTS), (PARTS, PARTS)) + ((0, 0),) * (parts.ndim - 2)
+def is_sampled_once(path: Path) -> bool:
+    """Return whether Arnold gave each pixel of a stage one sample, which lies in its middle.
+
+    That is what ``AA_samples`` of 1 asks for, and what its tests have where no RenderSettings are: of such pictures all
+    alphas between 0 and 1 are k w or 1 - k w, with w the weight of one neighbour in the filter.
+    """
+    stage = Usd.Stage.Open(str(path))
+    settings = [prim for prim in stage.TraverseAll() if prim.IsA(UsdRender.Settings)]
+    counts = [prim.GetAttribute("arnold:global:AA_samples").Get() for prim in settings]
+    return not settings or counts == [1]
+
+
+def filter_parts(parts: np.ndarray, count: int) -> np.ndarray:
+    """Return pixels, shape [height, width, ...], of an array that has ``count`` x ``count`` times as many."""
+    height, width = parts.shape[0] // count, parts.shape[1] // count
+    around = ((count, count), (count, count)) + ((0, 0),) * (parts.ndim - 2)
     padded = np.pad(parts.astype(np.float64), around, mode="edge")
     total, weights = np.zeros((height, width, *parts.shape[2:])), 0.0
-    offsets = (np.arange(3 * PARTS) + 0.5) / PARTS - 1.5
+    offsets = (np.arange(3 * count) + 0.5) / count - 1.5
     for row, y in enumerate(offsets):
         for column, x in enumerate(offsets):
             if x * x + y * y <= FILTER_RADIUS**2:
                 weight = math.exp(-2 * (x * x + y * y))
-                total += weight * padded[row:, column:][: height * PARTS : PARTS, : width * PARTS : PARTS]
+                total += weight * padded[row:, column:][: height * count : count, : width * count : count]
                 weights += weight
     return (total / weights).astype(np.float32)
 
 
-def _render(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Film:
+def _render(corpora: Path, pair: Pair, shape: tuple[int, int], samples: int) -> Film:
     setting = setting_of(pair.image)
     stage = Usd.Stage.Open(str(corpora / pair.stage))
     if setting is not None and setting.edit is not None:
@@ -312,7 +328,7 @@ def _render(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Film:
     complexity = (setting.complexity if setting is not None else "") or pair.complexity
     source = open_scene(stage, default_time=at_default, purposes=pair.purposes, complexity=complexity)
     frame = _prepared(source.scene(pair.frame), pair)
-    options = RenderOptions(width=shape[1], height=shape[0], spp=SAMPLES, depth=3)
+    options = RenderOptions(width=shape[1], height=shape[0], spp=samples, depth=3)
     eye = pair.camera or None
     film, _ = render_frame(
         Renderer(frame, options, device="cpu"),
@@ -320,7 +336,7 @@ def _render(corpora: Path, pair: Pair, shape: tuple[int, int]) -> Film:
         camera=eye,
     )
     for before in () if setting is None else setting.frames_before:
-        film = _over(film, _render(corpora, replace(pair, image="", frame=before), shape))
+        film = _over(film, _render(corpora, replace(pair, image="", frame=before), shape, samples))
     return film
 
 
