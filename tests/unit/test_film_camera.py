@@ -4,11 +4,14 @@
 
 import numpy as np
 import pytest
+from pxr import Usd, UsdGeom
 
 from warp_rt.errors import SceneError
 from warp_rt.options import RenderOptions
 from warp_rt.rendering.film_camera import camera_data, choose_camera, conform_window, image_size
+from warp_rt.report import Report
 from warp_rt.scene import Camera, Scene, Settings
+from warp_rt.usd.cameras import read_camera
 
 TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
@@ -50,6 +53,32 @@ def test_choice_of_camera() -> None:
 )
 def test_size(options: dict, settings: dict, size: tuple) -> None:
     assert image_size(camera(), RenderOptions(**options), Settings(**settings)) == size
+
+
+@pytest.mark.parametrize("focal_length", [12.7, 18.147, 24.0, 35.0, 50.0, 85.0, 100.3])
+@pytest.mark.parametrize(
+    ("apertures", "height"), [((21.946, 16.4595), 720), ((36.0, 24.0), 640), ((10.0, 10.0), 960), ((32.0, 18.0), 540)]
+)
+def test_no_lens_costs_a_row(apertures: tuple, height: int, focal_length: float) -> None:
+    """OpenUSD's GfCamera has aspect ratios in single precision: 4 : 3 is 960 by 720, at each length of a zoom."""
+    stage = Usd.Stage.CreateInMemory()
+    prim = UsdGeom.Camera.Define(stage, "/C")
+    prim.CreateHorizontalApertureAttr(apertures[0])
+    prim.CreateVerticalApertureAttr(apertures[1])
+    prim.CreateFocalLengthAttr(focal_length)
+    prim.CreateHorizontalApertureOffsetAttr(1.7)
+    assert int(np.float32(960) / np.float32(prim.GetCamera(0).aspectRatio)) == height
+    read = read_camera(prim.GetPrim(), np.eye(4), Usd.TimeCode(0), Report())
+    assert image_size(read, RenderOptions(width=960), Settings()) == (960, height)
+
+
+@pytest.mark.parametrize("resolution", [(2048, 1080), (1998, 1080), (4096, 1716)])
+def test_parts_of_a_resolution_are_exact(resolution: tuple) -> None:
+    for part in (1, 2, 3, 4, 6, 12):
+        size = tuple(side // part for side in resolution)
+        if size[0] * part == resolution[0] and size[1] * part == resolution[1]:
+            assert image_size(camera(), RenderOptions(width=size[0]), Settings(resolution=resolution)) == size
+            assert image_size(camera(), RenderOptions(height=size[1]), Settings(resolution=resolution)) == size
 
 
 @pytest.mark.parametrize(

@@ -203,8 +203,10 @@ def test_exposure_scale_is_openusds(f_number):
     assert _read(body)[0].exposure_scale == pytest.approx(camera.ComputeLinearExposureScale(TIME), rel=1e-6)
 
 
-def test_an_exposure_without_end_is_named():
-    camera, codes, _ = _read("float exposure:fStop = 0")
+@pytest.mark.parametrize("body", ["exposure:fStop = 0", "exposure = 1000", "exposure = 128", "exposure:iso = 3e38"])
+def test_an_exposure_without_end_is_named(body):
+    """Nor is there one in the single precision of films, in which 0 would become no number."""
+    camera, codes, _ = _read(f"float exposure:responsivity = 1000\nfloat {body}")
     assert (camera.exposure_scale, codes) == (1, ["W424"])
 
 

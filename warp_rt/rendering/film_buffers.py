@@ -93,7 +93,8 @@ def _mean_color(sums: np.ndarray, spp: int, exposure: float) -> tuple[np.ndarray
         part = slice(row, row + _ROWS)
         for k in range(3):  # channel by channel: NumPy takes twice as long over axes of three
             np.divide(sums[part, :, k], np.float32(spp), out=color[part, :, k])
-        color[part] *= np.float32(exposure)
+        with np.errstate(over="ignore"):  # too bright for single precision: infinite
+            color[part] *= np.float32(exposure)
         np.divide(sums[part, :, 3], np.float32(spp), out=alpha[part])
     return color, alpha
 

@@ -63,19 +63,25 @@ def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tu
     that nobody names follows from the aspect ratio of that resolution, else of the camera; heights are truncated, as
     usdrecord does.
     """
-    left, right, bottom, top = camera.window
-    aspect = (right - left) / (top - bottom) if top != bottom else 1.0
-    aspect = aspect if aspect > 0 else 1.0
-    if options.width is None and options.height is None and settings.resolution is not None:
-        return settings.resolution
     if options.width is not None and options.height is not None:
         return options.width, options.height
-    if settings.resolution is not None:
-        aspect = settings.resolution[0] / settings.resolution[1]
+    if options.width is None and options.height is None and settings.resolution is not None:
+        return settings.resolution
+    across, down = settings.resolution or (_aspect_ratio(camera), np.float32(1))
     if options.height is not None:
-        return max(round(options.height * aspect), 1), options.height
+        return max(round(options.height * across / down), 1), options.height
     width = options.width or DEFAULT_WIDTH
-    return width, max(int(width / aspect), 1)
+    return width, max(int(width * down / across), 1)
+
+
+def _aspect_ratio(camera: Camera) -> np.float32:
+    """Return a camera's aspect ratio in single precision, as GfCamera has it.
+
+    The window's rounding, which depends on the focal length, is below it, and would cost pictures a row now and then.
+    """
+    left, right, bottom, top = camera.window
+    aspect = np.float32((right - left) / (top - bottom)) if top != bottom else np.float32(0)
+    return aspect if aspect > 0 else np.float32(1)
 
 
 def conform_window(

@@ -184,7 +184,7 @@ def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     gain = attributes.number("exposure:iso", 100.0) / 100.0 * attributes.number("exposure:responsivity", 1.0)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         scale = attributes.number("exposure:time", 1.0) * gain * np.exp2(attributes.number("exposure", 0.0))
-        scale = float(scale / np.float64(f_number) ** 2)
+        scale = float(np.float32(scale / np.float64(f_number) ** 2))  # as OpenUSD has it, and films
     if math.isfinite(scale) and scale >= 0:
         return scale
     what = "below 0" if scale < 0 else "not finite"
