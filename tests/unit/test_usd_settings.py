@@ -11,11 +11,14 @@ from warp_rt.scene import Settings
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.settings import read_settings
 
+CAMERAS = "".join(f'def Camera "{name}" {{\n}}\n' for name in ("Cam", "Other"))
+
 
 def _read(settings="", products="", metadata='renderSettingsPrimPath = "/Render/S"', path=None):
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(
-        f'#usda 1.0\n({metadata}\n)\ndef "Render" {{\ndef RenderSettings "S" {{\n{settings}\n}}\n{products}\n}}'
+        f"#usda 1.0\n({metadata}\n)\n{CAMERAS}"
+        f'def "Render" {{\ndef RenderSettings "S" {{\n{settings}\n}}\n{products}\n}}'
     )
     report = Report()
     found = read_settings(stage, report, path)
@@ -26,7 +29,7 @@ def _read(settings="", products="", metadata='renderSettingsPrimPath = "/Render/
 def _products(settings="", products="", variables=""):
     stage = Usd.Stage.CreateInMemory()
     assert stage.GetRootLayer().ImportFromString(
-        f'#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\ndef RenderSettings "S" {{\n{settings}\n}}\n'
+        f'#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\n{CAMERAS}def RenderSettings "S" {{\n{settings}\n}}\n'
         f"{products}\n{variables}"
     )
     report = Report()
@@ -97,7 +100,9 @@ def test_metadata_that_lead_nowhere_are_named():
     [
         "uniform int2 resolution = (0, 480)",
         "uniform int2 resolution = (640, 1000000)",
+        "uniform float2 resolution = (640.5, 480)",
         "uniform float pixelAspectRatio = 0",
+        "uniform float pixelAspectRatio = 1e-7",  # which no EXR could hold
         'uniform token aspectRatioConformPolicy = "stretch"',
         "matrix2d aspectRatioConformPolicy = ((1, 2), (3, 4))",
         "int warp_rt:depth = 0",
@@ -135,13 +140,14 @@ def test_products_override_what_they_author():
         "rel products = [</A>, </B>]\nuniform int2 resolution = (64, 48)\n"
         "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)\n"
         "uniform bool disableMotionBlur = 1",
-        'def RenderProduct "A" {\ntoken productName = "a.exr"\nuniform int2 resolution = (8, 4)\nrel camera = </C>\n}\n'
+        'def RenderProduct "A" {\ntoken productName = "a.exr"\nuniform int2 resolution = (8, 4)\n'
+        "rel camera = </Cam>\n}\n"
         'def RenderProduct "B" {\nuniform float4 dataWindowNDC = (0, 0, 1, 1)\nuniform bool disableMotionBlur = 0\n}',
     )
     first, second = products
     assert codes == []
     assert (first.path, first.name, first.variables) == ("/A", "a.exr", ())
-    assert (first.settings.resolution, first.settings.camera) == ((8, 4), "/C")
+    assert (first.settings.resolution, first.settings.camera) == ((8, 4), "/Cam")
     assert (first.settings.data_window, first.settings.disables_motion_blur) == ((0, 0, 0.5, 1), True)
     assert (second.name, second.settings.resolution) == ("", (64, 48))
     assert (second.settings.data_window, second.settings.disables_motion_blur) == ((0, 0, 1, 1), False)
@@ -291,6 +297,42 @@ def test_a_camera_that_is_not_there_is_named():
     assert [(d.code, d.prim) for d in load_stage(stage).diagnostics] == [("W523", "/S")]
     stage.GetRootLayer().ImportFromString(text + 'def Camera "Cam" {\n}')
     assert load_stage(stage).diagnostics == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "of_settings", "senseless", "field", "expected"),
+    [
+        ("uniform int2 resolution", "(64, 48)", "(0, 5)", "resolution", (64, 48)),
+        ("uniform float pixelAspectRatio", "2", "-1", "pixel_aspect_ratio", 2.0),
+        ("uniform token aspectRatioConformPolicy", '"cropAperture"', '"stretch"', "aspect_policy", "cropAperture"),
+        ("uniform float4 dataWindowNDC", "(0, 0, 0.5, 1)", "(1, 0, 0, 1)", "data_window", (0.0, 0.0, 0.5, 1.0)),
+        ("rel camera", "</Other>", "</S>", "camera", "/Other"),
+        ("rel camera", "</Other>", "</Gone>", "camera", "/Other"),
+        ("int warp_rt:depth", "3", "0", "depth", 3),
+    ],
+)
+def test_what_makes_no_sense_in_a_product_is_as_if_it_were_not_there(name, of_settings, senseless, field, expected):
+    (found,), codes = _products(
+        f"rel products = </P>\n{name} = {of_settings}", f'def RenderProduct "P" {{\n{name} = {senseless}\n}}'
+    )
+    assert (getattr(found.settings, field), codes) == (expected, ["W523"])
+
+
+def test_a_camera_that_is_none_is_told_of_the_prim_that_names_it():
+    stage = Usd.Stage.CreateInMemory()
+    text = (
+        '#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\n'
+        'def RenderSettings "S" {\nrel products = [</A>, </B>, </C>]\nrel camera = </off>\n}\n'
+        'def RenderProduct "A" {\nrel camera = </s>\n}\ndef RenderProduct "B" {\nrel camera = </Cam>\n}\n'
+        'def RenderProduct "C" {\n}\ndef Camera "Cam" {\n}\ndef Camera "off" (active = false) {\n}\n'
+        'def Sphere "s" {\n}\n'
+    )
+    assert stage.GetRootLayer().ImportFromString(text)
+    told = [(d.code, d.prim, d.message) for d in load_stage(stage).diagnostics]
+    assert told == [
+        ("W523", "/A", "camera: /s is no camera of the stage; ignored"),
+        ("W523", "/S", "camera: /off is no camera of the stage; ignored"),
+    ]
 
 
 def test_a_product_whose_own_value_makes_no_sense_is_named():

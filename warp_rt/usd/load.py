@@ -230,7 +230,7 @@ def _report_settings(
     """Report what render settings, and those of their products, ask for and the stage has not, or that goes unused."""
     in_force = tuple(dict.fromkeys((terms.settings, *(product.settings for product in terms.products))))
     for settings in in_force:
-        report_missing_camera(settings, cameras, stage, report)
+        report_missing_camera(settings, cameras, report)
     report_unexposed(cameras, in_force, report)
     report_unused(terms.settings, render_prims, stage, report, pass_path)
 

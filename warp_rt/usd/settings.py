@@ -7,22 +7,35 @@ Reference: UsdRender schema documentation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from pxr import Sdf, Usd, UsdRender, Vt
+from pxr import Sdf, Usd, UsdGeom, UsdRender
 
 from warp_rt.errors import SceneError
-from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, MAX_SIZE, PURPOSES
+from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, PURPOSES
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Product, Settings
-from warp_rt.usd.attribute_values import numbers, shown
+from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.color_spaces import color_space
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.render_vars import read_render_var
+from warp_rt.usd.setting_values import (
+    POLICIES,
+    color_of,
+    data_window_of,
+    numbers_of,
+    pixel_aspect_ratio_of,
+    policy_of,
+    purposes_of,
+    resolution_of,
+    steady_value,
+    threshold_of,
+    whole_number_of,
+)
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask, stage_name
 
 MISSING_SETTINGS = "W521"
@@ -33,14 +46,9 @@ UNUSED_RENDER_PRIM = "N903"
 
 _METADATA = "renderSettingsPrimPath"
 _OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:lightSamples", "warp_rt:threshold")
-_POLICIES = (
-    "expandAperture",
-    "cropAperture",
-    "adjustApertureWidth",
-    "adjustApertureHeight",
-    "adjustPixelAspectRatio",
-)
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
+_IS_THERE = Usd.TraverseInstanceProxies()  # active, defined and not abstract
+_Meaning = TypeVar("_Meaning")
 
 
 @dataclass(frozen=True)
@@ -170,13 +178,9 @@ def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Pr
     return None
 
 
-def report_missing_camera(settings: Settings, cameras: Sequence[Camera], stage: Usd.Stage, report: Report) -> None:
-    """Report a camera that is named, and that the stage does not have."""
-    if settings.camera is None or settings.camera in {camera.path for camera in cameras}:
-        return
-    if is_outside_mask(stage, settings.camera):
-        report.warn(OUTSIDE_MASK, settings.path, f"camera: {settings.camera} is left out by the mask")
-    else:
+def report_missing_camera(settings: Settings, cameras: Sequence[Camera], report: Report) -> None:
+    """Report a camera that is named and there, but that nobody can look through, such as one of a prototype."""
+    if settings.camera is not None and settings.camera not in {camera.path for camera in cameras}:
         report.warn(INVALID_SETTING, settings.path, f"camera: {settings.camera} is no camera of the stage; ignored")
 
 
@@ -196,7 +200,10 @@ def report_unused(
 
 
 class _Reader:
-    """Looks up the settings on the product, where authored there, then on the RenderSettings."""
+    """Looks up the settings on the product, where authored there, then on the RenderSettings.
+
+    A value that makes no sense is told, and counts as one that is not authored.
+    """
 
     def __init__(self, prims: Sequence[Usd.Prim], report: Report) -> None:
         self._prims = prims
@@ -210,30 +217,16 @@ class _Reader:
 
     def resolution(self) -> tuple[int, int] | None:
         """Return width and height where authored."""
-        found = self._numbers("resolution", 2)
-        if found is None:
-            return None
-        width, height = (int(side) for side in found)
-        if min(width, height) >= 1 and max(width, height) <= MAX_SIZE:
-            return width, height
-        self._invalid("resolution", f"{width} x {height} is outside 1..{MAX_SIZE}")
-        return None
+        return self._strongest("resolution", resolution_of)
 
     def pixel_aspect_ratio(self) -> float:
         """Return width by height of a pixel."""
-        found = self._numbers("pixelAspectRatio", 1)
-        if found is None or found[0] > 0:
-            return found[0] if found else 1.0
-        self._invalid("pixelAspectRatio", f"{found[0]:g} is not above 0")
-        return 1.0
+        found = self._strongest("pixelAspectRatio", pixel_aspect_ratio_of)
+        return 1.0 if found is None else found
 
     def aspect_policy(self) -> str:
         """Return what gives way where image and camera differ in aspect."""
-        policy = self._value("aspectRatioConformPolicy")
-        if policy is None or policy in _POLICIES:
-            return policy or _POLICIES[0]
-        self._invalid("aspectRatioConformPolicy", f"{shown(policy)} is unknown")
-        return _POLICIES[0]
+        return self._strongest("aspectRatioConformPolicy", policy_of) or POLICIES[0]
 
     def camera(self) -> str | None:
         """Return the camera's path."""
@@ -241,14 +234,25 @@ class _Reader:
             targets = prim.GetRelationship("camera").GetForwardedTargets()
             if len(targets) > 1:
                 self._report.warn(INVALID_SETTING, prim.GetPath(), "names several cameras; the first is used")
-            if targets:
+            if targets and self._is_camera(prim, targets[0]):
                 return str(targets[0])
         return None
 
+    def _is_camera(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
+        """Return whether there is a camera where a prim says; tell where there is none."""
+        stage = prim.GetStage()
+        found = stage.GetPrimAtPath(path)
+        if found and found.IsA(UsdGeom.Camera) and _IS_THERE(found):
+            return True
+        if is_outside_mask(stage, path):
+            self._report.warn(OUTSIDE_MASK, prim.GetPath(), f"camera: {path} is left out by the mask")
+        else:
+            self._report.warn(INVALID_SETTING, prim.GetPath(), f"camera: {path} is no camera of the stage; ignored")
+        return False
+
     def color(self, name: str) -> tuple[float, float, float] | None:
         """Return a colour attribute of our own."""
-        found = self._numbers(name, 3)
-        return None if found is None else (found[0], found[1], found[2])
+        return self._strongest(name, color_of)
 
     def depth(self) -> int | None:
         """Return the levels of the ray tree."""
@@ -260,35 +264,22 @@ class _Reader:
 
     def threshold(self) -> float | None:
         """Return the weight below which the ray tree ends."""
-        found = self._numbers("warp_rt:threshold", 1)
-        if found is None or found[0] >= 0:
-            return found[0] if found else None
-        self._invalid("warp_rt:threshold", f"{found[0]:g} is below 0")
-        return None
+        return self._strongest("warp_rt:threshold", threshold_of)
 
     def truth(self, name: str) -> bool:
         """Return a truth value, false where nothing is authored."""
-        found = self._numbers(name, 1)
+        found = self._strongest(name, lambda value: numbers_of(value, 1))
         return found is not None and bool(found[0])
 
     def data_window(self) -> tuple[float, float, float, float]:
         """Return left, bottom, right and top of what is made, as shares of the picture's sides."""
-        found = self._numbers("dataWindowNDC", 4)
-        if found is None:
-            return _WHOLE_WINDOW
-        left, bottom, right, top = found
-        if left < right and bottom < top:
-            return left, bottom, right, top
-        self._invalid("dataWindowNDC", "a window without area")
-        return _WHOLE_WINDOW
+        return self._strongest("dataWindowNDC", data_window_of) or _WHOLE_WINDOW
 
     def purposes(self) -> tuple[str, ...] | None:
         """Return includedPurposes where authored."""
-        purposes = self._tokens("includedPurposes")
+        purposes = self._strongest("includedPurposes", purposes_of)
         if purposes is None:
             return None
-        if not purposes:
-            self._invalid("includedPurposes", "names no purpose")
         unknown = [purpose for purpose in purposes if purpose not in PURPOSES]
         if unknown:
             self._invalid("includedPurposes", f"{', '.join(map(shown, unknown))}: no purpose of {', '.join(PURPOSES)}")
@@ -296,7 +287,7 @@ class _Reader:
 
     def rendering_from_rec709(self) -> np.ndarray | None:
         """Return the matrix to the primaries that are rendered in; None of Rec. 709's, or, told, of what are none."""
-        name = str(self._value("renderingColorSpace") or "")
+        name = str(self._strongest("renderingColorSpace", lambda value: value) or "")
         space = color_space(name) if name else None
         matrix = np.linalg.inv(space.matrix) if space and space.gamma == 1.0 else None
         if name and (matrix is None or not np.allclose(matrix.sum(axis=1), 1.0, atol=1e-3)):
@@ -306,53 +297,32 @@ class _Reader:
 
     def binding_purposes(self) -> tuple[str, ...]:
         """Return the material purposes of the bindings that count."""
-        purposes = self._tokens("materialBindingPurposes")
-        if purposes is not None and not purposes:
-            self._invalid("materialBindingPurposes", "names no purpose")
+        purposes = self._strongest("materialBindingPurposes", purposes_of)
         return tuple(dict.fromkeys(purposes)) if purposes else BINDING_PURPOSES
 
-    def _tokens(self, name: str) -> tuple[str, ...] | None:
-        """Return an array of tokens where authored."""
-        value = self._value(name)
-        if value is None or isinstance(value, Vt.TokenArray | Vt.StringArray):
-            return None if value is None else tuple(str(token) for token in value)
-        self._invalid(name, f"{shown(value)} is no array of tokens")
+    def _strongest(self, name: str, meaning: Callable[[Any], _Meaning]) -> _Meaning | None:
+        """Return what the strongest value that makes sense means; None where there is none. The others are told.
+
+        Args:
+            name: Of the attribute.
+            meaning: Of a value; raises a ValueError that says why it has none.
+        """
+        for prim in self._prims:
+            attribute = prim.GetAttribute(name)
+            value = steady_value(attribute) if attribute.HasAuthoredValue() else None
+            if value is None:
+                continue
+            try:
+                return meaning(value)
+            except ValueError as error:
+                self._report.warn(INVALID_SETTING, prim.GetPath(), f"{name}: {error}; ignored")
         return None
-
-    def _value(self, name: str) -> Any:
-        """Return the strongest authored value; None where nothing is authored."""
-        prim = self._author(name)
-        if prim is None:
-            return None
-        attribute = prim.GetAttribute(name)
-        # Where only samples are authored, Get() returns the schema's fallback.
-        is_default = attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
-        return attribute.Get(Usd.TimeCode.Default() if is_default else Usd.TimeCode.EarliestTime())
-
-    def _author(self, name: str) -> Usd.Prim | None:
-        """Return the prim whose value counts; None where nothing is authored."""
-        return next((prim for prim in self._prims if prim.GetAttribute(name).HasAuthoredValue()), None)
 
     def _whole_number(self, name: str, low: int, high: int) -> int | None:
-        found = self._numbers(name, 1)
-        if found is None:
-            return None
-        if low <= found[0] <= high and found[0] == int(found[0]):
-            return int(found[0])
-        self._invalid(name, f"{found[0]:g} is no whole number from {low} to {high}")
-        return None
-
-    def _numbers(self, name: str, count: int) -> tuple[float, ...] | None:
-        value = self._value(name)
-        found = numbers(value)
-        if value is not None and (found is None or len(found) != count):
-            self._invalid(name, f"not {count} finite number{'s' if count > 1 else ''}")
-            return None
-        return found
+        return self._strongest(name, lambda value: whole_number_of(value, low, high))
 
     def _invalid(self, name: str, why: str) -> None:
-        prim = self._author(name) or self._prims[-1]
-        self._report.warn(INVALID_SETTING, prim.GetPath(), f"{name}: {why}; ignored")
+        self._report.warn(INVALID_SETTING, self._prims[-1].GetPath(), f"{name}: {why}; ignored")
 
     def _ignored(self, name: str, instead: str) -> None:
         self._report.warn(IGNORED_SETTING, self._prims[-1].GetPath(), f"{name} is not supported; {instead}")
