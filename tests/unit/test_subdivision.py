@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from warp_rt.scene.equal_rows import first_equal_rows
 from warp_rt.subdivision.face_varying import RULES
 from warp_rt.subdivision.refine import Step
 from warp_rt.subdivision.surface import Rules, Surface
@@ -179,6 +180,9 @@ CAGES = {
     "creased grid": (grid(4), np.random.default_rng(4).normal(size=(16, 3)), EDGE_LINE, {}),
     "pentagon": (PENTAGON, fan(5)[1][[0, 4, 3, 2, 1, 5]], {}, {}),
     "valence 7": (*fan(7), {}, {}),
+    "semi-sharp cube": (CUBE_FACES, CUBE, dict.fromkeys(CUBE_TOP, 2.5), {0: 1.3, 7: 3.0}),
+    "semi-sharp dart": (CUBE_FACES, CUBE, {(0, 1): HARD, (0, 2): 0.4, (0, 4): 3.7}, {}),
+    "semi-sharp rim": (grid(4), np.random.default_rng(5).normal(size=(16, 3)), {(5, 6): 1.5, (1, 5): 4.0}, {2: 2.2}),
 }
 
 
@@ -204,7 +208,7 @@ def test_limits_do_not_depend_on_the_level(name: str, is_loop: bool) -> None:
         assert {vertex: counts[vertex] for vertex in first_counts} == first_counts
         for vertex in first_normals:
             kind = cage.vertex_face_count[vertex] if vertex < len(points) else 0
-            if not (name == "open grid" and kind == 1):  # a corner's normal is that of its nearest facet
+            if not (name in ("open grid", "semi-sharp rim") and kind == 1):  # a corner's is that of its nearest facet
                 np.testing.assert_allclose(normals[vertex], first_normals[vertex], atol=1e-10)
 
 
@@ -217,6 +221,24 @@ def test_normals_are_those_of_tiny_facets(is_loop: bool) -> None:
     facet = np.cross(limits[corners[:, 1]] - limits[corners[:, 0]], limits[corners[:, -1]] - limits[corners[:, 0]])
     facet /= np.linalg.norm(facet, axis=1, keepdims=True)
     assert (facet * normals[rows.reshape(corners.shape)[:, 0]]).sum(axis=1).min() > 0.999
+
+
+@pytest.mark.parametrize("is_loop", [False, True])
+def test_faces_at_a_corner_have_normals_of_their_own(is_loop: bool) -> None:
+    """A vertex pinned where all around it is smooth is the tip of a cone, whose facets go their own way."""
+    faces, points = fan(6)
+    surface = Surface(topology(faces, len(points), corners={6: HARD}), Rules(is_loop=is_loop), 3)
+    limits, normals, rows = surface.limit(points)
+    at_tip = np.flatnonzero(surface.topology.corners == 6)
+    spoke, last = (
+        limits[surface.topology.corners[way[at_tip]]]
+        for way in (surface.topology.following, surface.topology.preceding)
+    )
+    facet = np.cross(spoke - limits[6], last - limits[6])
+    facet /= np.linalg.norm(facet, axis=1, keepdims=True)
+    assert len(at_tip) == 6
+    assert (facet * normals[rows[at_tip]]).sum(axis=1).min() > 0.99
+    assert (normals[rows[at_tip]] @ normals[rows[at_tip]].T).min() < 0.5
 
 
 # --- sharpness
@@ -343,11 +365,11 @@ def test_boundary_rule_none_leaves_the_rim_out() -> None:
 @pytest.mark.parametrize("rule", RULES)
 def test_values_without_seams_follow_the_vertices(rule: str) -> None:
     """But for the rule that is linear everywhere."""
-    values = np.random.default_rng(6).normal(size=(8, 2)).astype(np.float32).astype(float)
+    values = np.random.default_rng(6).normal(size=(8, 2))
     cage = topology(CUBE_FACES, 8, dict.fromkeys(CUBE_TOP, 1.5))
     surface = Surface(cage, Rules(face_varying=rule), 2)
-    found, rows = surface.face_varying(values[cage.corners])
-    expected = surface.linear(values) if rule == "all" else surface.smooth(values)
+    found, rows = surface.face_varying(values, cage.corners)
+    expected = surface.linear(values) if rule == "all" else surface.values(values)
     np.testing.assert_allclose(found[rows], expected[surface.topology.corners], atol=1e-12)
 
 
@@ -358,13 +380,13 @@ def test_seams_by_rule(rule: str) -> None:
     u = cage.corners // 5 + np.where(np.arange(len(cage.corners)) // 4 >= 8, 10.0, 0.0)
     values = np.stack([u, (cage.corners % 5 - 2.0) ** 2], axis=1)
     surface = Surface(cage, Rules(face_varying=rule), 1)
-    found, rows = surface.face_varying(values)
+    found, rows = surface.face_varying(values, first_equal_rows(values))
     corner = np.flatnonzero((cage.corners == 2 * 5 + 2) & (u < 5))[0]  # in the middle of the seam, first island
     # The first refined face at a corner begins at the corner's own vertex.
     moved = found[rows[4 * corner]]
     linear = rule in ("boundaries", "all")
-    # Along the seam: (v - 2)^2 is 1, 0, 1 around it, so the crease mask gives 1/4.
-    np.testing.assert_allclose(moved, (2, 0 if linear else 0.25), atol=1e-12)
+    # Along the seam: (v - 2)^2 is 1, 0, 1 around it, so the limit of the crease mask is 1/3.
+    np.testing.assert_allclose(moved, (2, 0 if linear else 1 / 3), atol=1e-12)
 
 
 def test_corners_of_islands_are_pinned_unless_the_rule_is_none() -> None:
@@ -374,7 +396,7 @@ def test_corners_of_islands_are_pinned_unless_the_rule_is_none() -> None:
     middle = np.flatnonzero(cage.face == 4)
     values[middle] = [(20, 20), (21, 20), (21, 21), (20, 21)]
     for rule in RULES:
-        found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values)
+        found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values, first_equal_rows(values))
         stays = np.abs(found[rows[4 * middle[0]]] - (20, 20)).max() < 1e-12
         assert stays == (rule != "none"), rule
 
@@ -384,27 +406,29 @@ def test_values_at_the_corner_of_a_lone_face(rule: str) -> None:
     """Sharp, though ``edgeOnly`` rounds the surface off there, unless no rule asks for corners."""
     cage = topology([[0, 1, 2, 3]], 4)
     values = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
-    found, rows = Surface(cage, Rules(boundary="edgeOnly", face_varying=rule), 1).face_varying(values)
-    np.testing.assert_allclose(found[rows[0]], 0.125 if rule == "none" else 0.0, atol=1e-12)
+    found, rows = Surface(cage, Rules(boundary="edgeOnly", face_varying=rule), 1).face_varying(
+        values, first_equal_rows(values)
+    )
+    np.testing.assert_allclose(found[rows[0]], 1 / 6 if rule == "none" else 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("rule", RULES)
 def test_values_along_a_rim(rule: str) -> None:
     """``boundaries`` means the surface's as well as those of islands."""
     cage = topology([[0, 1, 4, 3], [1, 2, 5, 4]], 6)
-    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(
-        np.where(cage.corners % 3 == 2, 3.0, 0)[:, None]
-    )
-    np.testing.assert_allclose(found[rows[4]], 0 if rule in ("boundaries", "all") else 3 / 8, atol=1e-12)
+    values = np.where(np.arange(6) % 3 == 2, 3.0, 0)[:, None]
+    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values, cage.corners)
+    np.testing.assert_allclose(found[rows[4]], 0 if rule in ("boundaries", "all") else 1 / 2, atol=1e-12)
 
 
 @pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize(("sharpness", "moved"), [(0.5, 1 - 0.125), (INFINITE, 1.0), (0.0, 1 - 0.25)])
+@pytest.mark.parametrize(("sharpness", "moved"), [(0.5, (4 * 0.875 + 2 * 0.5) / 6), (INFINITE, 1.0), (0.0, 2 / 3)])
 def test_values_on_a_seam_are_as_sharp_as_their_vertex(rule: str, sharpness: float, moved: float) -> None:
+    """1 - (v - 2)^2 is 0, 1, 0 along it. Sharpness 0.5 halves the first step, to 7/8 beside 1/2; then it is smooth."""
     cage = topology(grid(5), 25, corners={12: sharpness})
     u = cage.corners // 5 + np.where(np.arange(len(cage.corners)) // 4 >= 8, 10.0, 0.0)
     values = np.stack([u, 1 - (cage.corners % 5 - 2.0) ** 2], axis=1)
-    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values)
+    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values, first_equal_rows(values))
     corner = np.flatnonzero((cage.corners == 12) & (u < 5))[0]
     np.testing.assert_allclose(found[rows[4 * corner]], (2, 1 if rule in ("boundaries", "all") else moved), atol=1e-12)
 
@@ -415,10 +439,21 @@ def test_a_crease_within_one_island_sharpens_both_where_rules_depend(rule: str) 
     cage = topology(grid(5), 25, {(7, 12): INFINITE})
     u = cage.corners // 5 + np.where(np.arange(len(cage.corners)) // 4 >= 8, 10.0, 0.0)
     values = np.stack([u, (cage.corners % 5 - 2.0) ** 2], axis=1)
-    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values)
+    found, rows = Surface(cage, Rules(face_varying=rule), 1).face_varying(values, first_equal_rows(values))
     for side, is_sharp in ((u < 5, True), (u > 5, rule not in ("none", "cornersOnly"))):
         corner = np.flatnonzero((cage.corners == 12) & side)[0]
-        np.testing.assert_allclose(found[rows[4 * corner], 1], 0 if is_sharp else 0.25, atol=1e-12)
+        np.testing.assert_allclose(found[rows[4 * corner], 1], 0 if is_sharp else 1 / 3, atol=1e-12)
+
+
+def test_rows_say_where_seams_are_not_values() -> None:
+    """Two islands whose values are the same along their seam, as by indices of their own."""
+    cage = topology(grid(5), 25)
+    values = np.tile(((np.arange(25) % 5 - 2.0) ** 2 + (np.arange(25) // 5 == 3))[:, None], (2, 1))
+    rows_of_islands = cage.corners + np.where(np.arange(len(cage.corners)) // 4 >= 8, 25, 0)
+    at = np.flatnonzero(cage.corners == 12)[0]
+    for rows_of_corners, expected in ((rows_of_islands, 1 / 3), (cage.corners, 1 / 3 + 1 / 6)):
+        found, rows = Surface(cage, Rules(), 1).face_varying(values, rows_of_corners)
+        np.testing.assert_allclose(found[rows[4 * at]], expected, atol=1e-12)
 
 
 def test_affine_values_are_reproduced() -> None:

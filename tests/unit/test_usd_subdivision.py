@@ -120,6 +120,40 @@ def test_primvars_are_interpolated_by_their_kind() -> None:
     np.testing.assert_allclose(at["corner"], at["curve"], atol=1e-6)  # the same values, and no seam among them
 
 
+@pytest.mark.parametrize("sharpness", [0, 1.5, 10])
+def test_vertex_values_are_those_of_the_limit_as_points_are(sharpness: float) -> None:
+    points = CUBE.split("[]")[1].split("=")[1].split("int")[0].strip()
+    copies = f"""
+        point3f[] primvars:rest = {points} (interpolation = "vertex")
+        point3f[] primvars:corner = {points} (interpolation = "faceVarying")
+        int[] primvars:corner:indices = [0,1,3,2, 4,6,7,5, 0,4,5,1, 2,3,7,6, 0,2,6,4, 1,5,7,3]
+    """
+    mesh = mesh_of(TOP + f"float[] creaseSharpnesses = [{sharpness}]" + copies, "medium")
+    for name in ("rest", "corner"):
+        found = mesh.primvars[name].values[mesh.primvars[name].indices]
+        np.testing.assert_allclose(found, mesh.points[mesh.triangles], atol=1e-6)
+
+
+def test_indices_say_where_face_varying_values_have_seams() -> None:
+    """Two squares with values of their own, equal along their common edge: by USD, a seam between islands of one face.
+
+    So each is bilinear, for it has four corners; without indices, equal values are one, and are smooth.
+    """
+    squares = """
+        point3f[] points = [(0,0,0), (1,0,0), (2,0,0), (0,1,0), (1,1,0), (2,1,0)]
+        int[] faceVertexCounts = [4, 4]
+        int[] faceVertexIndices = [0,1,4,3, 1,2,5,4]
+    """
+    apart = """
+        float[] primvars:v = [0, 0, 0, 0, 0, 8, 8, 0] (interpolation = "faceVarying")
+    """
+    for indices, at_edge in (("", 8 / 6), ("int[] primvars:v:indices = [0,1,2,3,4,5,6,7]", 0)):
+        mesh = mesh_of(apart + indices, "medium", squares)
+        v = mesh.primvars["v"].values[mesh.primvars["v"].indices][..., 0]
+        on_edge = np.abs(mesh.points[mesh.triangles][..., 0] - 1) < 1e-6
+        np.testing.assert_allclose(v[on_edge], at_edge, atol=1e-6)
+
+
 def test_material_subsets_follow_their_faces() -> None:
     mesh = mesh_of(
         """

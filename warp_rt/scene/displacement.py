@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warp_rt.scene import Image, Input, Mesh, Primvar, Texture
+from warp_rt.scene.equal_rows import number_rows
 from warp_rt.scene.input_values import input_values
 
 MAX_HEIGHT = 1e12  # the reach of a mesh's coordinates
@@ -90,7 +91,7 @@ def _places(mesh: Mesh, triangles: np.ndarray, weighted: np.ndarray) -> np.ndarr
 
     Sheets that lie back to back share places and no normal, and each goes its own way.
     """
-    place = _equal_rows(mesh.points)
+    place = number_rows(mesh.points)
     own = _unit(_sums(triangles, weighted, len(mesh.points)))
     shared = _unit(_sums(place, own))
     turns_away = np.flatnonzero((own * shared[place]).sum(axis=1) <= 0)
@@ -109,7 +110,7 @@ def _corner_normals(mesh: Mesh, weighted: np.ndarray) -> np.ndarray:
 def _new_normals(old: Primvar, place: np.ndarray, triangles: np.ndarray, weighted: np.ndarray) -> Primvar:
     """Return a normal for each set of corners that had the same one at the same place."""
     rows = np.zeros_like(triangles) if old.indices is None else old.indices
-    keys = place[triangles] * np.int64(len(old.values)) + _equal_rows(old.values)[rows]
+    keys = place[triangles] * np.int64(len(old.values)) + number_rows(old.values)[rows]
     used, corner = np.unique(keys, return_inverse=True)
     corner = corner.reshape(triangles.shape)
     sums = _sums(corner, weighted, len(used))
@@ -131,17 +132,6 @@ def _weighted_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     normal = _unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
     angle = np.arctan2(np.linalg.norm(np.cross(onward, backward), axis=2), (onward * backward).sum(axis=2))
     return normal[:, None] * angle[..., None]
-
-
-def _equal_rows(vectors: np.ndarray) -> np.ndarray:
-    """Return a number for each row, the same for equal rows: int64, shape [n], from 0 without gaps."""
-    columns = vectors.T + np.float32(0)  # -0 becomes 0
-    order = np.lexsort(columns)
-    is_new = np.ones(len(order), bool)
-    is_new[1:] = (columns[:, order[1:]] != columns[:, order[:-1]]).any(axis=0)
-    number = np.empty(len(order), np.int64)
-    number[order] = np.cumsum(is_new) - 1
-    return number
 
 
 def _sums(rows: np.ndarray, vectors: np.ndarray, count: int = 0) -> np.ndarray:

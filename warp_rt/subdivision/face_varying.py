@@ -16,17 +16,16 @@ RULES = ("cornersPlus1", "none", "cornersOnly", "cornersPlus2", "boundaries", "a
 """Tokens of ``faceVaryingLinearInterpolation``, the default first; ``all`` is linear everywhere."""
 
 
-def seam_topology(topology: Topology, values: np.ndarray, rule: str) -> tuple[Topology, np.ndarray]:
-    """Return the topology of values that differ by corner, and the values of its vertices.
+def seam_topology(topology: Topology, rows: np.ndarray, rule: str) -> tuple[Topology, np.ndarray]:
+    """Return the topology of values that differ by corner, and for each of its vertices a corner that has the value.
 
     Args:
         topology: Of the mesh.
-        values: Shape [c, k], one row a corner.
+        rows: The value of each corner, shape [c].
         rule: One of ``RULES``.
     """
-    bits = np.ascontiguousarray(values, np.float32).view(np.uint32).reshape(len(values), -1)
-    keys = np.concatenate([topology.corners[:, None], bits], axis=1)
-    _, first, corners = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    keys = topology.corners * (rows.max(initial=0) + np.int64(1)) + rows
+    _, first, corners = np.unique(keys, return_index=True, return_inverse=True)
     corners = corners.reshape(-1)
     sharp = np.flatnonzero((topology.edge_sharpness > 0)[topology.edge])
     plain = Topology(
@@ -69,7 +68,7 @@ def seam_topology(topology: Topology, values: np.ndarray, rule: str) -> tuple[To
         plain.crease_sharpness,
         np.where(is_sharp, INFINITE, sharpness),
     )
-    return seams, np.asarray(values, np.float64)[first]
+    return seams, first
 
 
 def _is_any(of_value: np.ndarray, vertex: np.ndarray) -> np.ndarray:

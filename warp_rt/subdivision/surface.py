@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from warp_rt.subdivision.face_varying import RULES, seam_topology
-from warp_rt.subdivision.limit import limit
+from warp_rt.subdivision.limit import Limit
 from warp_rt.subdivision.refine import Step
 from warp_rt.subdivision.topology import INFINITE, Topology
 
@@ -82,7 +82,15 @@ class Surface:
     def limit(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return limit points of the cage's [n, 3], unit normals, and the normal of each refined corner."""
         refined = self.smooth(points)
-        return limit(self.topology, refined, self.rules.is_loop)
+        return self._limit.values(refined), *self._limit.normals(refined)
+
+    def values(self, values: np.ndarray) -> np.ndarray:
+        """Return values of vertices, shape [n, k], on the limit surface, as its points are: float64."""
+        return self.linear(values) if self.rules.is_bilinear else self._limit.values(self.smooth(values))
+
+    @cached_property
+    def _limit(self) -> Limit:
+        return Limit(self.topology, self.rules.is_loop)
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
         """Return values of vertices, shape [n, k], at the refined vertices, by the rules that points follow."""
@@ -98,14 +106,21 @@ class Surface:
             values = step.linear(values)
         return values
 
-    def face_varying(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return refined values of the cage's corners, shape [c, k], and the row of each refined corner."""
-        seams, values = seam_topology(self.cage, values, self.rules.face_varying)
+    def face_varying(self, values: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return values of corners on the limit surface, float64, shape [m, k], and the row of each refined corner.
+
+        Args:
+            values: Shape [n, k].
+            rows: The value of each of the cage's corners, shape [c]: where those of neighbours differ, there is a seam.
+        """
+        seams, first = seam_topology(self.cage, rows, self.rules.face_varying)
         steps = self._refine(seams)
+        values = values[rows[first]].astype(np.float64)
         is_linear = self.rules.is_bilinear or self.rules.face_varying == "all"
         for step in steps:
             values = step.linear(values) if is_linear else step.smooth(values)
-        return values, steps[-1].child.corners
+        refined = steps[-1].child
+        return values if is_linear else Limit(refined, self.rules.is_loop).values(values), refined.corners
 
     def _refine(self, topology: Topology) -> list[Step]:
         steps = [Step(topology, self.rules.is_loop, self.rules.smooth_triangles)]

@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
 from warp_rt.scene import Primvar
+from warp_rt.scene.equal_rows import first_equal_rows
 from warp_rt.subdivision.face_varying import RULES
 from warp_rt.subdivision.surface import BOUNDARIES, Rules, Surface
 from warp_rt.subdivision.topology import Topology
@@ -44,11 +45,14 @@ class RefinedLayout(Layout):
         """
         if interpolation in ("constant", "uniform"):
             return super().primvar(values, indices, interpolation)
-        elements = values if indices is None else values[indices]
         if interpolation == "faceVarying":
-            refined, rows = self.surface.face_varying(elements[self.cage_corners])
+            # "Indexing serves a higher purpose of establishing a surface topology" (UsdGeomPrimvar); without indices,
+            # equal values are one.
+            of_corner = (first_equal_rows(values) if indices is None else indices)[self.cage_corners]
+            refined, rows = self.surface.face_varying(values, of_corner)
             return Primvar(refined.astype(np.float32), rows[self.corners].astype(np.int32))
-        refine = self.surface.linear if interpolation == "varying" else self.surface.smooth
+        elements = values if indices is None else values[indices]
+        refine = self.surface.linear if interpolation == "varying" else self.surface.values
         return Primvar(refine(elements).astype(np.float32), self.triangles)
 
 
