@@ -183,7 +183,7 @@ def test_frames_of_products(folder: Path) -> None:
     ],
 )
 def test_a_stage_does_not_decide_about_other_folders(name: str, file: str) -> None:
-    assert product_file(Product("/R/P", name, Settings()), has_color=True).as_posix() == file
+    assert product_file("/R/P", name, has_color=True).as_posix() == file
 
 
 def asking(*products: Product, time: float | None = None) -> SimpleNamespace:
@@ -200,6 +200,29 @@ def test_a_placeholder_takes_the_number_of_the_frame_that_is_drawn(
 ) -> None:
     shots, _ = product_shots(asking(Product("/P", "a.####.png", Settings()), time=time), "all", frames)
     assert [shot.output.name for shot in shots] == files
+
+
+@pytest.mark.parametrize(
+    ("time", "frames", "files"),
+    [
+        (1.0, None, ["x.0001.exr"]),
+        (None, None, ["x.exr"]),  # the default time
+        (1.0, "1:3", ["x.0001.exr", "x.0002.exr", "y.0003.exr"]),
+        (1.0, "0", ["x.0001.exr"]),  # as USD holds the first sample before it, and each up to the next
+        (1.0, "2.5", ["x.0002.exr"]),
+    ],
+)
+def test_a_name_may_be_another_at_each_frame(time: float | None, frames: str | None, files: list[str]) -> None:
+    names = ((1.0, "x.0001.exr"), (2.0, "x.0002.exr"), (3.0, "y.####.exr"))
+    product = Product("/P", "x.exr", Settings(), names=names)
+    shots, notes = product_shots(asking(product, time=time), "all", frames)
+    assert ([shot.output.name for shot in shots], notes) == (files, [])
+
+
+def test_frames_that_have_one_name_are_refused_beside_others() -> None:
+    product = Product("/P", "", Settings(), names=((1.0, "a.exr"), (3.0, "b.exr")))
+    with pytest.raises(OutputError, match=r"a\.exr: more than one picture"):
+        product_shots(asking(product), "all", "1:3")
 
 
 def test_a_picture_of_no_colour_is_an_exr() -> None:

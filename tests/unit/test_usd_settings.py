@@ -153,6 +153,14 @@ def test_products_override_what_they_author():
     assert (second.settings.data_window, second.settings.disables_motion_blur) == ((0, 0, 1, 1), False)
 
 
+def test_a_product_name_may_be_another_at_each_frame():
+    """Unlike other settings it is not uniform; hosts write the names of all frames."""
+    samples = 'token productName.timeSamples = { 1: "x.1.exr", 2: "x.2.exr" }'
+    (found,), codes = _products("rel products = </P>", f'def RenderProduct "P" {{\n{samples}\n}}')
+    assert (found.name, found.names, codes) == ("", ((1, "x.1.exr"), (2, "x.2.exr")), [])
+    assert [found.name_at(time) for time in (None, 0, 1, 1.9, 2, 9)] == ["", *["x.1.exr"] * 3, *["x.2.exr"] * 2]
+
+
 @pytest.mark.parametrize(
     ("body", "aov"),
     [

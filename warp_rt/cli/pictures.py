@@ -177,7 +177,7 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
 def unmade_products(scene: Scene) -> list[Diagnostic]:
     """Return notes on the products whose names and render vars count for nothing."""
     message = "its productName and orderedVars count with --product only"
-    return [Diagnostic("N904", one.path, message) for one in scene.products if one.name or one.variables]
+    return [Diagnostic("N904", one.path, message) for one in scene.products if one.name or one.names or one.variables]
 
 
 def as_product(scene: Scene, shot: Shot) -> Scene:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -85,37 +86,45 @@ def product_shots(
         raise SceneError(f"--product: the render settings name no raster product {chosen!r}{hint}")
     if output is not None and len(found) > 1:
         raise OptionError(f"--product: {output} is one file for {len(found)} products; leave it out")
-    shots, notes = [], []
+    codes = None if frames is None else parse_frames(frames)
+    times = [None] if codes is None else [float(code) for code in codes]
+    shots: list[Shot] = []
+    notes: list[Diagnostic] = []
     for product in found:
         if aovs is not None:
             product = replace(product, variables=())
         held = aovs or tuple(dict.fromkeys(variable.aov for variable in product.variables)) or ("color",)
-        path = output
-        if path is None:
-            path = product_file(product, has_color="color" in held)
-            if path.as_posix() != product.name:
-                asked = f"productName {product.name!r}" if product.name else "no productName"
+        names = _names(product, source, codes)
+        paths = {name: output or product_file(product.path, name, has_color="color" in held) for name in names}
+        for name, path in paths.items():
+            if output is None and path.as_posix() != name:
+                asked = f"productName {name!r}" if name else "no productName"
                 notes.append(Diagnostic(OTHER_NAME, product.path, f"{asked}: written as {path}"))
-        shots += _numbered(path, source, frames, held, product)
-    files = [shot.output for shot in shots]
-    for file in files:
-        if files.count(file) > 1:
+        files = _numbered([paths[name] for name in names], source, codes)
+        shots += [Shot(time, file, held, product) for time, file in zip(times, files, strict=True)]
+    for file, count in Counter(shot.output for shot in shots).items():
+        if count > 1:
             raise OutputError(f"{file}: more than one picture would have this name")
     return shots, notes
 
 
-def product_file(product: Product, *, has_color: bool) -> Path:
+def product_file(prim: str, product_name: str, *, has_color: bool) -> Path:
     """Return where a product goes, relative to the current folder.
 
     A stage may come from anywhere, so that it does not decide about files elsewhere: of a name that leads out of the
     folder, the last part counts. Where its extension is no format that can be written, or that holds no more than a
     colour which there is not, EXR is.
+
+    Args:
+        prim: Path of the product, whose last part stands in for a name.
+        product_name: As the stage says it.
+        has_color: Whether there is a colour.
     """
-    name = PurePosixPath(re.sub(r"^[A-Za-z]:", "", product.name.replace("\\", "/")))
+    name = PurePosixPath(re.sub(r"^[A-Za-z]:", "", product_name.replace("\\", "/")))
     if name.is_absolute() or ".." in name.parts:
         name = PurePosixPath(name.name)
     if not name.name or name.name == "..":
-        name = PurePosixPath(product.path.rsplit("/", 1)[-1])
+        name = PurePosixPath(prim.rsplit("/", 1)[-1])
     if name.suffix.lower() not in FORMATS or (not has_color and name.suffix.lower() != ".exr"):
         name = name.with_name(f"{name.name}.exr")
     return Path(name)
@@ -134,19 +143,23 @@ def make_folders(shots: Sequence[Shot]) -> None:
             raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from error
 
 
-def _numbered(
-    path: Path, source: SceneSource, frames: str | None, aovs: tuple[str, ...], product: Product
-) -> list[Shot]:
-    """Return a shot for each frame; without a placeholder in the name its number goes before the extension.
+def _names(product: Product, source: SceneSource, codes: Sequence[Fraction] | None) -> list[str]:
+    """Return how the stage calls the file of each frame; where none are asked for, of the one that is drawn."""
+    if codes is None:
+        return [product.name_at(source.scene().time if product.names else None)]
+    return [product.name_at(float(code)) for code in codes]
+
+
+def _numbered(paths: Sequence[Path], source: SceneSource, codes: tuple[Fraction, ...] | None) -> Sequence[Path]:
+    """Return the file of each frame; where they would be one, its number goes to a placeholder or before the extension.
 
     Where no frames are asked for, the one that is drawn has its number; the default time, which has none, is 0.
     """
-    if frames is None and has_placeholder(path):
-        (path,) = numbered_files(path, (Fraction(source.scene().time or 0),))
-    if frames is None:
-        return [Shot(None, path, aovs, product)]
-    codes = parse_frames(frames)
+    path = paths[0]
+    if codes is None:
+        return numbered_files(path, (Fraction(source.scene().time or 0),)) if has_placeholder(path) else paths
+    if len(set(paths)) > 1:
+        return [file for path, code in zip(paths, codes, strict=True) for file in numbered_files(path, (code,))]
     if not has_placeholder(path) and len(codes) > 1:
         path = path.with_name(f"{path.stem}.####{path.suffix}")
-    files = numbered_files(path, codes)
-    return [Shot(float(code), file, aovs, product) for code, file in zip(codes, files, strict=True)]
+    return numbered_files(path, codes)

@@ -53,3 +53,12 @@ class Product:
     """What the product authors itself, else the render settings."""
     variables: tuple[RenderVar, ...] = ()
     """In order; none: colour."""
+    names: tuple[tuple[float, str], ...] = ()
+    """Where the stage says the file for times: time codes, ascending, and the name from then on. Else ``name`` is that
+    of all times."""
+
+    def name_at(self, time: float | None) -> str:
+        """Return its file at a time code, as the stage says it; None: at the default time."""
+        if time is None or not self.names:
+            return self.name
+        return next((name for begin, name in reversed(self.names) if begin <= time), self.names[0][1])

@@ -45,6 +45,7 @@ IGNORED_PRODUCT = "W524"
 UNUSED_RENDER_PRIM = "N903"
 
 _METADATA = "renderSettingsPrimPath"
+_NAME = "productName"  # which, unlike the rest, is not uniform
 _OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:lightSamples", "warp_rt:threshold")
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
 _IS_THERE = Usd.TraverseInstanceProxies()  # active, defined and not abstract
@@ -92,9 +93,10 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
         products.append(
             Product(
                 str(product.GetPath()),
-                str(product.GetAttribute("productName").Get() or ""),
+                _name_at(product, Usd.TimeCode.Default()),
                 _settings_of(reader, prim),
                 tuple(variable for variable in variables if variable is not None),
+                tuple((time, _name_at(product, time)) for time in product.GetAttribute(_NAME).GetTimeSamples()),
             )
         )
     reader = _Reader([prim], report)
@@ -121,6 +123,10 @@ def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
         else:
             found.append(product.GetPrim())
     return found
+
+
+def _name_at(product: Usd.Prim, time: Usd.TimeCode | float) -> str:
+    return str(product.GetAttribute(_NAME).Get(time) or "")
 
 
 def _settings_of(reader: _Reader, prim: Usd.Prim) -> Settings:
