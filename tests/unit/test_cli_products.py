@@ -136,6 +136,28 @@ def test_layers_are_render_vars(folder: Path) -> None:
     assert (channels["Prims.X"][0, 4], channels["Prims.X"][7, 0]) == (0, 4294967295)
 
 
+def test_surfaces_are_refined_for_the_camera_of_each_product(folder: Path) -> None:
+    """A ball is refined for the one that sees it large, not for the one that comes first and sees it small."""
+    cube = STAGE.replace("(5, 1, 0)]", "(5, 1, 0), (5, 0, -1), (6, 0, -1), (6, 1, -1), (5, 1, -1)]")
+    cube = cube.replace("[4]", "[4, 4, 4, 4, 4, 4]")
+    cube = cube.replace("[0, 1, 2, 3]", "[0, 1, 2, 3, 4, 7, 6, 5, 0, 4, 5, 1, 1, 5, 6, 2, 2, 6, 7, 3, 3, 7, 4, 0]")
+    cube = cube.replace('subdivisionScheme = "none"', 'subdivisionScheme = "catmullClark"')
+    (folder / "ball.usda").write_text(cube.replace("int2 resolution = (4, 6)", "int2 resolution = (60, 60)"))
+    assert run("render", "ball.usda", "--product", "all", "--complexity", "auto") == 0
+    alone = ("--camera", "c", "-w", "60", "--crop", "0,0,60,60", "-o", "alone.png")
+    assert run("render", "ball.usda", *alone, "--complexity", "auto") == 0
+    assert (folder / "plain.png").read_bytes() == (folder / "alone.png").read_bytes()
+
+
+def test_a_render_var_of_nothing_is_foreseen(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    variable = 'uniform token sourceType = "primvar"\n    uniform string sourceName = "gone"'
+    (folder / "stage.usda").write_text(STAGE.replace('uniform string sourceName = "Peye"', variable))
+    for command in ("render", "check"):
+        assert program.main([command, "stage.usda", "--product", "Layers"]) == 0
+        told = capfd.readouterr()
+        assert "N933" in told.out + told.err
+
+
 def test_aovs_of_the_command_go_before_render_vars(folder: Path) -> None:
     assert run("render", "stage.usda", "--product", "Layers", "--aov", "color,Neye", "-o", "n.exr") == 0
     _, channels = read(folder / "n.exr")

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from warp_rt.cli.parser import Parser, add_json
-from warp_rt.cli.pictures import Shot, as_product, unmade_products
+from warp_rt.cli.pictures import Shot, unmade_products
 from warp_rt.cli.products import product_shots
 from warp_rt.cli.request import add_request, request_options, request_output, request_shots
-from warp_rt.cli.stage_input import open_refined_stage, open_stage
+from warp_rt.cli.stage_input import as_product, open_refined_stage, open_stage
 from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.terminal import Terminal, one_line
 from warp_rt.options import RenderOptions
@@ -49,9 +49,10 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         source = open_stage(args)
         shots, notes = product_shots(source, args.product, args.frames, args.aov, request_output(args))
         found = dict.fromkeys(notes, shots[0].time)
-    refined = open_refined_stage(args, options, source=source)
+    products = dict.fromkeys(shot.product for shot in shots)
+    refined = {product: open_refined_stage(args, options, source, product) for product in products}
     for shot in shots:
-        for record in _foreseen(args, options, refined, shot):
+        for record in _foreseen(args, options, refined[shot.product], shot):
             found.setdefault(record, shot.time)
     warning_count = sum(record.is_warning for record in found)
     if args.json:
@@ -74,10 +75,10 @@ def _foreseen(
 
     scene = source.scene(shot.time)
     yield from scene.diagnostics
-    seen = as_product(scene, shot)
+    seen = as_product(scene, shot.product)
     if shot.product is None:
         yield from unmade_products(seen)
-    picture = rehearse(seen, options, args.camera)
+    picture = rehearse(seen, shot.options(options), args.camera)
     for moment in picture.moments:
         yield from source.scene(moment.time, base_time=scene.time).diagnostics
     yield from picture.notes

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
 from warp_rt.cli.ray_table import tell_rays
 from warp_rt.cli.render_summary import frame_summary, summary_line, whole_run
-from warp_rt.cli.stage_input import open_refined_stage, read_moment, read_stage
+from warp_rt.cli.stage_input import as_product, open_refined_stage, open_stage, read_moment, read_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OptionError
@@ -44,6 +44,10 @@ class Shot:
     aovs: tuple[str, ...]
     product: Product | None = None
     """Which it is of those that the render settings ask for; None: the command asks for it."""
+
+    def options(self, options: RenderOptions) -> RenderOptions:
+        """Return how it is rendered: as a command says, but with its AOVs; alpha comes with colour."""
+        return replace(options, aovs=tuple(aov for aov in self.aovs if aov != "alpha"))
 
 
 def plan_shots(frames: str | None, output: Path, aovs: tuple[str, ...]) -> list[Shot]:
@@ -94,7 +98,10 @@ def make_pictures(
     frames = []
     previous = None
     begin = time.perf_counter()
-    run = _Run(args, options, open_refined_stage(args, options, view, source), view, announce, voice)
+    opened = source or open_stage(args)
+    products = dict.fromkeys(shot.product for shot in shots)
+    sources = {product: open_refined_stage(args, options, opened, product, view) for product in products}
+    run = _Run(args, options, sources, view, announce, voice)
     opening = time.perf_counter() - begin
     for index, shot in enumerate(shots):
         file = str(shot.output) + (f" ({index + 1} of {len(shots)})" if len(shots) > 1 else "")
@@ -121,7 +128,8 @@ class _Run:
 
     args: argparse.Namespace
     options: RenderOptions
-    source: SceneSource
+    sources: Mapping[Product | None, SceneSource]
+    """The stage, refined for the pictures of each product."""
     view: Callable[[Scene], View]
     announce: Callable[[Scene], None] | None
     voice: Voice
@@ -136,24 +144,23 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
 
     begin = time.perf_counter()
     files = planned_files(shot.output, shot.aovs).values()
-    args, voice = run.args, run.voice
-    frame = read_stage(run.source, args, voice, time=shot.time, outputs=files)
+    args, voice, source = run.args, run.voice, run.sources[shot.product]
+    frame = read_stage(source, args, voice, time=shot.time, outputs=files)
     if run.announce is not None:
         run.announce(frame)
-    scene, camera = run.view(as_product(frame, shot))
+    scene, camera = run.view(as_product(frame, shot.product))
     load = time.perf_counter() - begin
     notes = [] if shot.product else unmade_products(scene)
     voice.diagnostics(notes)
     told = dict.fromkeys([*scene.diagnostics, *notes])
-    options = replace(run.options, aovs=tuple(aov for aov in shot.aovs if aov != "alpha"))
-    renderer = Renderer(scene, options, device=args.device, previous=previous)
+    renderer = Renderer(scene, shot.options(run.options), device=args.device, previous=previous)
 
     def view_at(moment: float) -> View:
         nonlocal load
         begin = time.perf_counter()
-        at_moment = read_moment(run.source, args, voice, time=moment, frame=frame)
+        at_moment = read_moment(source, args, voice, time=moment, frame=frame)
         told.update(dict.fromkeys(at_moment.diagnostics))
-        seen = run.view(as_product(at_moment, shot))
+        seen = run.view(as_product(at_moment, shot.product))
         load += time.perf_counter() - begin
         return seen
 
@@ -178,8 +185,3 @@ def unmade_products(scene: Scene) -> list[Diagnostic]:
     """Return notes on the products whose names and render vars count for nothing."""
     message = "its productName and orderedVars count with --product only"
     return [Diagnostic("N904", one.path, message) for one in scene.products if one.name or one.names or one.variables]
-
-
-def as_product(scene: Scene, shot: Shot) -> Scene:
-    """Return the scene with the settings of a shot's product."""
-    return scene if shot.product is None else replace(scene, settings=shot.product.settings)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,30 +18,38 @@ from warp_rt.options import ADAPTIVE, COMPLEXITIES
 
 if TYPE_CHECKING:
     from warp_rt.options import RenderOptions
-    from warp_rt.scene import Camera, Scene
+    from warp_rt.scene import Camera, Product, Scene
     from warp_rt.scene.source import RefinableSource, SceneSource
 
 
 def open_refined_stage(
     args: argparse.Namespace,
     options: RenderOptions,
-    view: Callable[[Scene], tuple[Scene, str | Camera | None]] | None = None,
     source: RefinableSource | None = None,
+    product: Product | None = None,
+    view: Callable[[Scene], tuple[Scene, str | Camera | None]] | None = None,
 ) -> SceneSource:
     """Return the stage as ``open_stage`` does, its surfaces refined for their size in the picture if that is asked for.
 
     Args:
         args: Of a parser that has ``render_arguments``.
         options: Of the picture.
-        view: Says what of a scene is seen; None: all of it, from ``--camera``.
         source: The stage where it is open already.
+        product: Which picture it is of those that the render settings ask for; None: the command's own.
+        view: Says what of a scene is seen; None: all of it, from ``--camera``.
     """
     refinable = source or open_stage(args)
     if args.complexity != ADAPTIVE:
         return refinable
     from warp_rt.rendering.adaptive import AdaptiveSource
 
-    return AdaptiveSource(refinable, options, view or (lambda scene: (scene, args.camera)))
+    seen = view or (lambda scene: (scene, args.camera))
+    return AdaptiveSource(refinable, options, lambda scene: seen(as_product(scene, product)))
+
+
+def as_product(scene: Scene, product: Product | None) -> Scene:
+    """Return the scene with the settings of a product; None: with its own."""
+    return scene if product is None else replace(scene, settings=product.settings)
 
 
 def open_stage(args: argparse.Namespace) -> RefinableSource:
