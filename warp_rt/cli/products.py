@@ -95,13 +95,13 @@ def product_shots(
             product = replace(product, variables=())
         held = aovs or tuple(dict.fromkeys(variable.aov for variable in product.variables)) or ("color",)
         names = _names(product, source, codes)
-        paths = {name: output or product_file(product.path, name, has_color="color" in held) for name in names}
-        for name, path in paths.items():
+        files = {name: output or product_file(product.path, name, has_color="color" in held) for name in names}
+        for name, path in files.items():
             if output is None and path.as_posix() != name:
                 asked = f"productName {name!r}" if name else "no productName"
                 notes.append(Diagnostic(OTHER_NAME, product.path, f"{asked}: written as {path}"))
-        files = _numbered([paths[name] for name in names], source, codes)
-        shots += [Shot(time, file, held, product) for time, file in zip(times, files, strict=True)]
+        numbered = _numbered([files[name] for name in names], source, codes)
+        shots += [Shot(time, file, held, product) for time, file in zip(times, numbered, strict=True)]
     for file, count in Counter(shot.output for shot in shots).items():
         if count > 1:
             raise OutputError(f"{file}: more than one picture would have this name")
