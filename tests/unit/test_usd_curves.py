@@ -139,6 +139,35 @@ def test_what_does_not_fit_is_told() -> None:
         assert codes(curves(normals)) == {"W108"}
 
 
+@pytest.mark.parametrize("wrap", ["nonperiodic", "periodic"])
+def test_curves_at_one_place_are_told_beside_others(wrap: str) -> None:
+    places = "(0,0,0), (1,0,0), (1,1,0), (5,5,5), (5,5,5), (5,5,5)"
+    scene = load_prim(
+        "BasisCurves",
+        f"""uniform token type = "linear"
+        uniform token wrap = "{wrap}"
+        point3f[] points = [{places}]
+        int[] curveVertexCounts = [3, 3]
+        float[] widths = [0.5]""",
+    )
+    assert set(shapes_of(scene).face_ids) == {0}
+    (told,) = [record for record in scene.diagnostics if record.prim == "/c"]
+    assert (told.code, told.message) == ("W117", "1 curves left out: their points are all at one place")
+
+
+def test_splines_that_run_below_0_between_widths_are_no_fault() -> None:
+    """Catmull-Rom through 1, 0.01, 0.01, 1 undershoots; there is no width to speak of, and none is authored below 0."""
+    scene = load_prim(
+        "BasisCurves",
+        """uniform token basis = "catmullRom"
+        point3f[] points = [(0,0,0), (1,0,0), (2,0,0), (3,0,0)]
+        int[] curveVertexCounts = [4]
+        float[] widths = [1, 0.01, 0.01, 1] (interpolation = "vertex")""",
+    )
+    assert codes(scene) == set()
+    assert shapes_of(scene).radii.min() == 0
+
+
 def test_a_tube_covers_its_projection() -> None:
     """A straight curve across the view, 0.5 wide: the picture shows a stadium of that area."""
     body = 'point3f[] points = [(-1,0,0), (1,0,0)]\nint[] curveVertexCounts = [2]\nuniform token type = "linear"\n'

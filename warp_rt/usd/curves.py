@@ -73,10 +73,14 @@ def read_shapes(
         report.warn(BAD_CURVES, path, f"{(~is_usable).sum()} parts left out: {what}")
     # What has no width is not seen, and what has no length lies in its neighbours' ends.
     has_length = (np.ptp(controls, axis=1) > 0).any(axis=1) | (controls.shape[1] == 1)
-    kept = np.flatnonzero(is_usable & (radii.max(axis=1, initial=0) > 0) & has_length)
+    has_width = is_usable & (radii.max(axis=1, initial=0) > 0)
+    kept = np.flatnonzero(has_width & has_length)
     if not len(kept):
         report.warn(EMPTY, path, f"{get_type_name(prim)} of no size")
         return None
+    points_alone = np.setdiff1d(layout.curve[has_width], layout.curve[kept])
+    if len(points_alone):
+        report.warn(BAD_CURVES, path, f"{len(points_alone)} curves left out: their points are all at one place")
     layout, controls, radii = layout[kept], controls[kept], radii[kept]
     primvars = {name: value for name, value in read_primvars(prim, layout, time, report).items() if name != "widths"}
     if _has_normals(prim, time) and get_type_name(prim) == "Points":
@@ -176,6 +180,7 @@ def _radii(
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("widths")
     widths = None
     if primvar and primvar.HasAuthoredValue():
+        values = float_rows(primvar.Get(time))
         widths = read_primvar(primvar, layout, time, report)
     else:
         values = float_rows(schema.GetWidthsAttr().Get(time))
@@ -193,7 +198,8 @@ def _radii(
             f"no widths: {_DEFAULT_WIDTH:g} unit thick in their own space; widths would be their diameters",
         )
         return np.full(shape, _DEFAULT_WIDTH / 2)
-    is_negative = widths.values[:, 0] < 0
+    # Splines may run below 0 between widths that are not: nothing is there, and nothing is wrong.
+    is_negative = np.zeros(0, bool) if values is None else values[:, 0] < 0
     if is_negative.any():
         report.warn(BAD_CURVES, prim.GetPath(), f"{is_negative.sum()} widths are below 0: they count as 0")
     values = np.maximum(widths.values[:, 0].astype(np.float64), 0) / 2
