@@ -204,6 +204,23 @@ def test_a_purpose_that_is_not_asked_for_is_not_drawn() -> None:
     assert drawn(scene) == set()
 
 
+def test_visibility_of_purposes_on_a_prim_that_is_no_imageable_is_without_effect() -> None:
+    """The schema can be applied to Imageables alone."""
+    stage = stage_of(
+        """
+        def "w" (prepend apiSchemas = ["VisibilityAPI"]) {
+            uniform token proxyVisibility = "invisible"
+            def Sphere "s" {
+                uniform token purpose = "proxy"
+            }
+        }
+        """
+    )
+    scene = load_stage(stage)
+    assert UsdGeom.Imageable(stage.GetPrimAtPath("/w/s")).ComputeEffectiveVisibility("proxy") == "inherited"
+    assert (drawn(scene), codes(scene)) == ({"/s"}, {"/w": "N924"})
+
+
 def test_a_visibility_of_purposes_that_is_none_is_told() -> None:
     scene = load(
         """

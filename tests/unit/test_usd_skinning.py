@@ -290,6 +290,57 @@ def test_influences_of_curves_that_do_not_fit_are_told_too() -> None:
         assert {record.code for record in scene.diagnostics if record.code[0] == "W"} == codes
 
 
+@pytest.mark.parametrize("is_rigid", [False, True])
+def test_a_constant_normal_turns_with_the_joints_of_each_point(is_rigid: bool) -> None:
+    joints = JOINTS.replace("[0, 1, 1, 0]", "[1]").replace("[1, 1, 1, 1]", "[1]").replace('"vertex"', '"constant"')
+    normals = 'normal3f[] normals = [(0, 0.6, 0.8)] (interpolation = "constant")'
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {joints if is_rigid else JOINTS} {normals}\n}}'))
+    mesh = scene.meshes[0]
+    rows = mesh.normals.indices if mesh.normals.indices is not None else np.zeros_like(mesh.triangles)
+    found = mesh.normals.values[rows] @ np.linalg.inv(scene.instances.world_from_local[0][:3, :3])
+    turned, still = (-0.6, 0, 0.8), (0, 0.6, 0.8)  # by 90 degrees about z, and not
+    expected = np.array([turned if is_rigid else still, turned, turned, turned if is_rigid else still])[mesh.triangles]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def test_normals_of_a_joint_that_the_skeleton_lacks_turn_as_its_points_do() -> None:
+    """The third point is weighed by the joint that is not there: what USD lets it be, it is for both."""
+    named = 'uniform token[] skel:joints = ["shoulder", "gone"]\n'
+    normals = 'normal3f[] normals = [(0,1,0), (0,1,0), (0,1,0), (0,1,0)] (interpolation = "vertex")'
+    scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS} {named} {normals}\n}}'))
+    assert ("W131", "/root/m") in [(record.code, record.prim) for record in scene.diagnostics]
+    along = world_points(scene)[2] - world_points(scene)[0]
+    is_turned = not np.allclose(along, (2, 0, 1))
+    np.testing.assert_allclose(scene.meshes[0].normals.values[2], (-1, 0, 0) if is_turned else (0, 1, 0), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("body", "rig", "told"),
+    [
+        (SHAPES.replace("rel skel:skeleton = </root/skeleton>", ""), ("", ""), "/root/m"),
+        (SHAPES.replace("[1, 2]", "[1, 9]"), ("", ""), "/root/m"),
+        (SHAPES.replace("[1, 2]", "[1, 2, 3]"), ("", ""), "/root/m"),
+        (SHAPES.replace('skel:blendShapes = ["lift"]', 'skel:blendShapes = ["lift", "grow"]'), ("", ""), "/root/m"),
+        (SHAPES, ('["lift", "grow"]', '["lift", "grow", "sink"]'), "/root/m"),
+        (JOINTS, ("half3[] scales = [(1, 1, 1)]", ""), "/root/skeleton"),
+        (JOINTS + 'uniform token[] skel:joints = ["elbow", "shoulder/elbow"]', ("", ""), "/root/m"),
+        (SHAPES, ("", ""), None),
+        (JOINTS, ("", ""), None),
+    ],
+)
+def test_what_does_not_fit_a_rig_is_told(body: str, rig: tuple[str, str], told: str | None) -> None:
+    text = ARM.format(prim=f'def Mesh "m" ({BOUND}) {{ {QUAD} {body}\n}}', lift=1.0).replace(*rig)
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString("#usda 1.0\n" + text)
+    prims = [record.prim for record in load_stage(stage).diagnostics if record.code == "W131"]
+    assert prims == ([told] if told else [])
+
+
+def test_shapes_without_points_are_told_not_to_bend() -> None:
+    stage = stage_of(f'def Sphere "m" ({BOUND}) {{ {JOINTS}\n}}')
+    assert [str(record.prim) for record in load_stage(stage).diagnostics if record.code == "W131"] == ["/root/m"]
+
+
 def test_a_target_that_is_no_blend_shape_is_told() -> None:
     body = SHAPES.replace("= </root/m/lift>", "= </root/gone>")
     scene = load_stage(stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {body}\n}}', lift=1.0))

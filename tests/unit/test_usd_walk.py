@@ -545,6 +545,7 @@ def test_operations_of_a_transform_that_are_not_there_are_named(body: str, is_to
         ("", 'token visibility = "invisible"', True),
         ("", 'uniform token purpose = "guide"', True),
         ("", 'double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = ["xformOp:translate"]', True),
+        ("", 'token guideVisibility = "visible"', True),
         ("Material", 'token visibility = "invisible"', True),
         ("Scope", 'double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = ["xformOp:translate"]', True),
         ("", "int[] faceVertexCounts = [3]\npoint3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]", True),

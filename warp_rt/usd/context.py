@@ -95,7 +95,7 @@ class Context(NamedTuple):
 
 def apply_schemas(prim: Usd.Prim, here: Context, schemas: Sequence[str], time: Usd.TimeCode, report: Report) -> Context:
     """Return the context with what a prim's applied schemas say of visibility, levels of detail and colour spaces."""
-    if "VisibilityAPI" in schemas:
+    if "VisibilityAPI" in schemas and prim.IsA(UsdGeom.Imageable):  # which alone it can be applied to
         here = here._replace(hidden_purposes=hidden_purposes(prim, here.hidden_purposes, time, report))
     if "LODOverrideAPI" in schemas:
         here = here._replace(lod_override=lod_override(prim, here.lod_override, time, report))

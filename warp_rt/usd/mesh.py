@@ -392,15 +392,15 @@ def read_normals(schema: UsdGeom.PointBased, layout: Elements, time: Usd.TimeCod
     return normals
 
 
-def pose_normals(normals: Primvar, layout: Layout, skin: Skin) -> Primvar | None:
-    """Return normals deformed by a skin; where they are the faces' own, None, for the faces turn with their points."""
-    if normals.indices is None:
-        return None
-    if len(normals.values) == layout.point_count and np.array_equal(normals.indices, layout.triangles):
-        vertices = np.arange(layout.point_count)
-        return Primvar(skin.normals(normals.values, vertices, layout.point_count), normals.indices)
+def pose_normals(normals: Primvar, layout: Layout, skin: Skin) -> Primvar:
+    """Return normals deformed by a skin."""
+    values, rows = normals.values, normals.indices
+    if rows is None:
+        if skin.is_rigid:
+            return normals
+        values, rows = np.tile(values[:1], (layout.point_count, 1)), layout.triangles
+    if len(values) == layout.point_count and np.array_equal(rows, layout.triangles):
+        return Primvar(skin.normals(values, np.arange(layout.point_count), layout.point_count), rows)
     # A value that several corners share may be turned by other joints at each of them.
-    corners = skin.normals(
-        normals.values[normals.indices].reshape(-1, 3), layout.triangles.reshape(-1), layout.point_count
-    )
+    corners = skin.normals(values[rows].reshape(-1, 3), layout.triangles.reshape(-1), layout.point_count)
     return Primvar(corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3))

@@ -18,7 +18,7 @@ IDLE_ATTRIBUTE = "N924"
 
 _LABELS = "SemanticsLabelsAPI:"
 _HEEDED = ("MotionAPI", "VisibilityAPI", "LODOverrideAPI", "LODRootAPI", "ColorSpaceAPI")
-_OF_IMAGEABLES = ("visibility", "purpose")
+_OF_IMAGEABLES = ("visibility", "purpose", "guideVisibility", "proxyVisibility", "renderVisibility")
 _OF_XFORMABLES = ("xformOpOrder",)
 _OF_GEOMETRY = ("points",)  # told of prims without a type, whose author may have forgotten it
 FOREIGN = frozenset((*_OF_XFORMABLES, *_OF_IMAGEABLES, *_OF_GEOMETRY))

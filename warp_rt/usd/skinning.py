@@ -30,6 +30,13 @@ class SubShape:
     normal_offsets: np.ndarray | None
     """float32, shape [k, 3]."""
 
+    def fits(self, point_count: int) -> bool:
+        """Return whether each offset belongs to a point of a prim that has so many."""
+        count = point_count if self.rows is None else len(self.rows)
+        offsets = [part for part in (self.offsets, self.normal_offsets) if part is not None and len(part)]
+        are_points = self.rows is None or bool(((self.rows >= 0) & (self.rows < point_count)).all())
+        return are_points and all(len(part) == count for part in offsets)
+
 
 @dataclass(frozen=True)
 class Skin:
@@ -98,7 +105,8 @@ class Skin:
         mapper = self.query.GetJointMapper()
         if not mapper:
             return self.joints
-        return mapper.RemapTransforms(self.joints, Vt.Matrix4dArray(len(self.query.GetJointOrder())))
+        # A joint that the skeleton lacks takes what was there before: for points, USD lets it be the skeleton's own.
+        return mapper.RemapTransforms(self.joints, Vt.Matrix4dArray(self.joints))
 
 
 def pose(points: np.ndarray, skin: Skin | None, prim: Usd.Prim, report: Report) -> tuple[np.ndarray, Skin | None]:
@@ -108,6 +116,9 @@ def pose(points: np.ndarray, skin: Skin | None, prim: Usd.Prim, report: Report) 
     """
     if skin is None:
         return points, None
+    if not all(shape.fits(len(points)) for shape in skin.shapes):
+        message = "offsets of a blend shape are not as many as its points, or of none that is there: what fits counts"
+        report.warn(REST_POSE, prim.GetPath(), message)
     posed = skin.points(points)
     if posed is None:
         report.warn(REST_POSE, prim.GetPath(), "joint influences do not fit the points: drawn in its rest pose")
@@ -139,7 +150,19 @@ class SkinReader:
             skeleton = self._cache.GetSkelQuery(bones)
             if skeleton:
                 targets = binding.GetSkinningTargets()
+                if targets:
+                    self._report_idle_animation(bones, skeleton)
                 self._skins |= {query.GetPrim().GetPath(): (bones, skeleton, query) for query in targets}
+
+    def _report_idle_animation(self, bones: UsdSkel.Skeleton, skeleton: UsdSkel.SkeletonQuery) -> None:
+        """Report an animation of which USD takes nothing, for it lacks a part of what places its joints."""
+        animation = skeleton.GetAnimQuery()
+        if animation and animation.GetJointOrder() and not animation.ComputeJointLocalTransforms(self._time):
+            message = (
+                f"{animation.GetPrim().GetPath()} has not a translation, a rotation and a scale for each joint: "
+                "joints are as restTransforms say"
+            )
+            self._report.warn(REST_POSE, bones.GetPath(), message)
 
     def read(self, prim: Usd.Prim) -> Skin | None:
         """Return how a prim is deformed; None: not at all."""
@@ -149,6 +172,10 @@ class SkinReader:
         bones, skeleton, query = found
         joints = None
         if query.HasJointInfluences():
+            lacking = set(query.GetJointOrder() or ()) - set(skeleton.GetJointOrder())
+            if lacking:
+                message = f"skel:joints names {', '.join(sorted(lacking))}, which {bones.GetPath()} has not"
+                self._report.warn(REST_POSE, prim.GetPath(), f"{message}: what they weigh stands anywhere")
             joints = skeleton.ComputeSkinningTransforms(self._time)
         shapes = self._read_shapes(prim, skeleton, query) if query.HasBlendShapes() else ()
         if joints is None and not shapes:
@@ -165,10 +192,18 @@ class SkinReader:
         weights = animation.ComputeBlendShapeWeights(self._time) if animation else None
         if weights is None:
             return ()
+        blending = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
+        names, driven = query.GetBlendShapeOrder(), animation.GetBlendShapeOrder()
+        for count, what, expected in (
+            (len(weights), f"blendShapeWeights of {animation.GetPrim().GetPath()}", len(driven)),
+            (blending.GetNumBlendShapes(), "skel:blendShapeTargets", len(names)),
+        ):
+            if count != expected:
+                message = f"{what} are {count} for {expected} blend shapes: not all of them count"
+                self._report.warn(REST_POSE, prim.GetPath(), message)
         mapper = query.GetBlendShapeMapper()
         if mapper:
-            weights = mapper.Remap(weights, Vt.FloatArray(len(query.GetBlendShapeOrder())))
-        blending = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
+            weights = mapper.Remap(weights, Vt.FloatArray(len(names)))
         parts = blending.ComputeSubShapeWeights(weights)
         if not parts:
             return ()

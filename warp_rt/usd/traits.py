@@ -16,10 +16,10 @@ from warp_rt.usd.questions import get_authored_property_names, get_property_name
 from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader
 
 RENDER_TYPES = ("RenderSettings", "RenderPass")
-SKINNING = frozenset(("primvars:skel:jointIndices", "skel:blendShapes"))
+SKINNING = ("primvars:skel:jointIndices", "skel:blendShapes")
 
 _HEEDED_TYPES = frozenset(("SkelRoot", "Camera", "GeomSubset", "PointInstancer", *RENDER_TYPES))
-_HEEDED_NAMES = SKINNING | {"visibility", "purpose", COMPLEXITY, "primvars:normals"}
+_HEEDED_NAMES = frozenset((*SKINNING, "visibility", "purpose", COMPLEXITY, "primvars:normals"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom, UsdSkel
+from pxr import Tf, Usd, UsdSkel
 
 from warp_rt.errors import LimitError
 from warp_rt.report import Report
@@ -303,7 +303,7 @@ class StageWalk:
         if kind in _SKINNED and prim_type.is_boundable and self._is_shown(here):
             if here.is_skinned:
                 skin = self._read_skin(prim)
-            elif not SKINNING.isdisjoint(names):
+            elif not names.isdisjoint(SKINNING):
                 self._report.warn(REST_POSE, prim.GetPath(), "no SkelRoot poses it: drawn in its rest pose")
         if prim_type.is_light:
             builder.add_light(PlacedPrim(prim, _posed(matrix, skin), path[here.path_length :]))
@@ -363,9 +363,16 @@ class StageWalk:
 
     def _read_skin(self, prim: Usd.Prim) -> Skin | None:
         skin = self._skins.read(prim)
-        if skin is None and UsdGeom.PrimvarsAPI(prim).GetPrimvar("skel:jointIndices").HasAuthoredValue():
-            is_bound = bool(UsdSkel.BindingAPI(prim).GetInheritedSkeleton())
-            why = "USD takes none of its joint influences" if is_bound else "no skeleton moves its joints"
+        why = ""
+        if skin is None:
+            has_joints, has_shapes = (prim.GetAttribute(name).HasAuthoredValue() for name in SKINNING)
+            if (has_joints or has_shapes) and not UsdSkel.BindingAPI(prim).GetInheritedSkeleton():
+                why = "no skeleton poses it"
+            elif has_joints:
+                why = "USD takes none of its joint influences"
+        elif get_type_name(prim) in implicit.TYPES and (skin.shapes or not skin.is_rigid):
+            why = "it has no points that joints or blend shapes could move"
+        if why:
             self._report.warn(REST_POSE, get_path(prim), f"{why}: drawn in its rest pose")
         return skin
 
