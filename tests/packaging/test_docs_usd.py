@@ -350,7 +350,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/p"},
     ),
     "N912": (
-        textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Cube "s"').replace(SPHERE_ST, ""),
+        textured(ST + "asset inputs:file = @DIR/good.png@").replace('Sphere "s"', 'Mesh "s"').replace(SPHERE_ST, QUAD),
         {"/M"},
     ),
 }

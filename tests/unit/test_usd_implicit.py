@@ -175,6 +175,38 @@ def test_left_handed_shapes_are_turned_inside_out(kind: str, body: str, volume: 
         assert solid_volume(inward, left.local_from_unit) == pytest.approx(-volume, rel=1e-6)
 
 
+UPRIGHT = {  # where s and t run on faces by where they look
+    (-1, 0, 0): ((0, 0, 1), (0, 1, 0)),
+    (1, 0, 0): ((0, 0, -1), (0, 1, 0)),
+    (0, -1, 0): ((1, 0, 0), (0, 0, 1)),
+    (0, 1, 0): ((1, 0, 0), (0, 0, -1)),
+    (0, 0, -1): ((-1, 0, 0), (0, 1, 0)),
+    (0, 0, 1): ((1, 0, 0), (0, 1, 0)),
+}
+
+
+@pytest.mark.parametrize("orientation", ["rightHanded", "leftHanded"])
+@pytest.mark.parametrize(
+    ("kind", "axis", "size"),
+    [("Cube", "Z", (3, 3, 3)), ("Plane", "X", (0, 4, 6)), ("Plane", "Y", (6, 0, 4)), ("Plane", "Z", (6, 4, 0))],
+)
+def test_st_of_flat_shapes_is_upright_from_outside(
+    kind: str, axis: str, size: tuple[int, int, int], orientation: str
+) -> None:
+    """From 0 to 1 over each face; seen from where the face looks, s to the right of t: their cross product."""
+    extent = "double size = 3" if kind == "Cube" else "double width = 6\ndouble length = 4"
+    shape, matrix = geometry_of(kind, f'{extent}\ntoken axis = "{axis}"\ntoken orientation = "{orientation}"')
+    points = (shape.points @ matrix[:3, :3].T)[shape.triangles].astype(float)
+    st = shape.primvars["st"].values[shape.primvars["st"].indices]
+    facing = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
+    facing *= -1 if orientation == "leftHanded" else 1
+    for corners, values, normal in zip(points, st, np.sign(facing), strict=True):
+        s, t = np.array(UPRIGHT[tuple(normal.astype(int).tolist())])
+        np.testing.assert_array_equal(np.cross(s, t), normal)
+        for along, found in ((s, values[:, 0]), (t, values[:, 1])):
+            np.testing.assert_allclose(found, corners @ along / np.abs(along @ size) + 0.5, atol=1e-6)
+
+
 @pytest.mark.parametrize("body", ['token axis = "W"', "int axis = 2", 'token orientation = "left"'])
 def test_tokens_that_the_schema_does_not_have_are_named(body: str) -> None:
     shape, report, _ = read("Cone", body)

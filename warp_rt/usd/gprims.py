@@ -45,7 +45,7 @@ class Gprims:
     materials: np.ndarray
     """int32, shape [n], row of ``material_sets``."""
     primvars: tuple[frozenset[str], ...]
-    """Names of the primvars of each mesh."""
+    """Names of the primvars that each mesh has of its prim, so that none is inherited."""
     object_from_local: Mapping[int, np.ndarray]
     """By row of ``prims``, of those that are unit shapes: see ``Scene``."""
 
@@ -162,10 +162,11 @@ class GprimReader:
         rows: list[tuple[int, int, int]] = []
         meshes: dict[object, int] = {}
         drawn: list[Mesh | Shapes] = []
+        names: list[frozenset[str]] = []
         prims: dict[tuple[str, int], int] = {}
         material_sets: dict[tuple[int, ...], int] = {}
         spaces: dict[int, np.ndarray] = {}
-        no_names: frozenset[str] = frozenset()
+        no_names: frozenset[str] = frozenset()  # unit shapes have stand-ins alone
         for prim, path, row, context, fixed, object_from_local in self._listed:
             source = sources[row]
             if source is None:
@@ -179,6 +180,8 @@ class GprimReader:
             mesh = meshes.setdefault(key, len(meshes))
             if len(meshes) > len(drawn):
                 drawn.append(source.mesh if move is None else self._displacements.apply(source.mesh, move))
+                is_own = drawn[-1].primvars and not isinstance(self._sources[row], Shape)
+                names.append(frozenset(drawn[-1].primvars) if is_own else no_names)
             number = prims.setdefault((path, context.tail_start), len(prims))
             if object_from_local is not None:
                 spaces[number] = object_from_local
@@ -192,7 +195,7 @@ class GprimReader:
             mesh=of_mesh,
             prim=of_prim,
             materials=of_materials,
-            primvars=tuple(frozenset(one.primvars) if one.primvars else no_names for one in drawn),
+            primvars=tuple(names),
             object_from_local=spaces,
         )
 

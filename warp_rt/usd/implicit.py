@@ -14,7 +14,7 @@ import numpy as np
 from pxr import Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Mesh, ShapeKind, Shapes
+from warp_rt.scene import Mesh, Primvar, ShapeKind, Shapes
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
 from warp_rt.usd.mesh import INVALID_VALUE, ORIENTATIONS
 from warp_rt.usd.polygons import MAX_COORDINATE
@@ -76,11 +76,9 @@ def make_shape(key: tuple[object, ...]) -> Mesh | Shapes:
     """Return the unit shape that a ``Shape.key`` names."""
     is_left_handed, kind, *ratios = key
     if kind == "Cube":
-        return _turned_inside_out(_cube()) if is_left_handed else _cube()
+        return _make_cube(bool(is_left_handed))
     if kind == "Plane":
-        square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], np.float32)
-        mesh = Mesh(square, np.array([(0, 1, 2), (0, 2, 3)], np.int32), face_ids=np.zeros(2, np.int32))
-        return _turned_inside_out(mesh) if is_left_handed else mesh
+        return _make_plane(str(ratios[0]), bool(is_left_handed))
     bottom, top, half_height = (float(ratio) for ratio in ratios)  # type: ignore[arg-type]
     z: tuple[float, ...]
     radii: tuple[float, ...]
@@ -111,11 +109,6 @@ def _capsule_balls(bottom: float, top: float, half_height: float) -> tuple[tuple
     return (-half_height - bottom * slope, half_height - top * slope), (bottom * longer, top * longer)
 
 
-def _turned_inside_out(mesh: Mesh) -> Mesh:
-    """Return the mesh that ``orientation = "leftHanded"`` asks for: wound the other way."""
-    return replace(mesh, triangles=mesh.triangles[:, [0, 2, 1]])
-
-
 _SIZES = {
     "Sphere": ("radius",),
     "Cube": ("size",),
@@ -136,7 +129,7 @@ def _unit_shape(kind: str, axis: str, sizes: dict[str, float]) -> tuple[tuple[ob
     if kind == "Plane":
         half_width, half_length = sizes["width"] / 2, sizes["length"] / 2
         # UsdGeomPlane: width runs along x, or along z about axis X; length along y, or along z about axis Y.
-        return ("Plane",), (half_width, half_length, 1.0) if axis == "Z" else (half_length, half_width, 1.0)
+        return ("Plane", axis), (half_width, half_length, 1.0) if axis == "Z" else (half_length, half_width, 1.0)
     bottom = sizes.get("radiusBottom", sizes.get("radius", 0.0))
     top = 0.0 if kind == "Cone" else sizes.get("radiusTop", bottom)
     radius = max(bottom, top)
@@ -152,12 +145,42 @@ def _unit_shape(kind: str, axis: str, sizes: dict[str, float]) -> tuple[tuple[ob
     return ("Cylinder", bottom / radius, top / radius, 1.0), (radius, radius, sizes["height"] / 2)
 
 
-def _cube() -> Mesh:
-    """Return the cube [-1, 1]^3, its faces numbered -x, x, -y, y, -z, z."""
+def _make_plane(axis: str, is_left_handed: bool) -> Mesh:
+    """Return the square [-1, 1]^2 that faces z, with ``st`` upright to whom it faces.
+
+    s runs along x, about axis X along -z; t along y, about axis Y along -z.
+    """
+    points = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    lower_left = {"X": 3, "Y": 1, "Z": 0}[axis]
+    return _join_squares(points, np.arange(4)[None], np.array([lower_left]), is_left_handed)
+
+
+def _make_cube(is_left_handed: bool) -> Mesh:
+    """Return the cube [-1, 1]^3, its faces numbered -x, x, -y, y, -z, z, with ``st`` upright from outside.
+
+    t runs along y, on the upper face along -z and on the lower one along z.
+    """
     corner = np.arange(8)
     points = np.stack([corner & 1, corner >> 1 & 1, corner >> 2], axis=1) * 2.0 - 1.0
     quads = np.array([(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)])
-    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3).astype(np.int32)
+    return replace(_join_squares(points, quads, np.array([0, 3, 0, 1, 3, 0]), is_left_handed), is_closed=True)
+
+
+def _join_squares(points: np.ndarray, quads: np.ndarray, lower_left: np.ndarray, is_left_handed: bool) -> Mesh:
+    """Return squares, each with ``st`` from 0 to 1.
+
+    Args:
+        points: Shape [n, 3].
+        quads: Corners of each square, counter-clockwise, shape [q, 4].
+        lower_left: Which of its corners has st (0, 0), shape [q].
+        is_left_handed: Whether they are wound the other way round.
+    """
+    split = np.array([0, 2, 1, 0, 3, 2] if is_left_handed else [0, 1, 2, 0, 2, 3])
+    st = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)
+    rows = (split - lower_left[:, None]) % 4
     return Mesh(
-        points.astype(np.float32), triangles, face_ids=np.repeat(np.arange(6), 2).astype(np.int32), is_closed=True
+        points.astype(np.float32),
+        quads[:, split].reshape(-1, 3).astype(np.int32),
+        primvars={"st": Primvar(st, rows.reshape(-1, 3).astype(np.int32))},
+        face_ids=np.repeat(np.arange(len(quads)), 2).astype(np.int32),
     )
