@@ -453,3 +453,29 @@ def test_cards_are_cut_out_and_seen_from_their_front_alone(tmp_path: Path) -> No
     # Bilinear alpha passes the threshold 0.1 at s = 0.4.
     np.testing.assert_array_equal(alpha, (x > -0.2) & (x < 1))
     assert not renderer.render(camera="inside").alpha.any()
+
+
+@pytest.mark.parametrize("geometry", ["box", "cross"])
+@pytest.mark.parametrize("thickness", [0.0, 1e-6])
+def test_cards_of_a_flat_model_do_not_hide_one_another(geometry: str, thickness: float, tmp_path: Path) -> None:
+    PilImage.new("RGBA", (4, 4), (255, 255, 255, 255)).save(tmp_path / "card.png")
+    body = model(
+        f'uniform token model:drawMode = "cards"\nuniform token model:cardGeometry = "{geometry}"\n'
+        "asset model:cardTextureZPos = @./card.png@"
+    ).replace(EXTENT, f"float3[] extentsHint = [(-1, -2, 0.7), (1, 2, {0.7 + thickness})]")
+    cameras = "".join(
+        f"""
+        def Camera "{name}" {{
+            double3 xformOp:translate = (0, 0, {place})
+            float3 xformOp:rotateXYZ = (0, {turn}, 0)
+            uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
+            float horizontalAperture = 20
+            float verticalAperture = 40
+            token projection = "orthographic"
+        }}
+        """
+        for name, place, turn in (("front", 20, 0), ("back", -20, 180))
+    )
+    renderer = Renderer(load(body + cameras, tmp_path), RenderOptions(width=32, height=64), device="cpu")
+    for camera in ("front", "back"):
+        np.testing.assert_array_equal(renderer.render(camera=camera).alpha, 1)

@@ -36,7 +36,8 @@ _GEOMETRIES = ("cross", "box", "fromTexture")
 _PURPOSES = [UsdGeom.Tokens.default_, UsdGeom.Tokens.proxy, UsdGeom.Tokens.render]
 _COORDINATES = "cardsUv"
 _OPACITY_THRESHOLD = 0.1  # Hydra's, for the cards' cut-outs
-# The cards of a cross that face opposite ways lie apart by this share of the box, so that rays tell them from another.
+# Cards of a cross or of a flat box that face opposite ways lie apart by this share of the box's largest side, so that
+# rays tell them from another.
 _GAP = 1e-4
 _MATRIX_NAMES = ("worldtoscreen", "worldToNDC")  # the second is what OpenImageIO before 2.2 wrote for the first
 _TIFF_WORLD_TO_SCREEN = 33305  # TIFFTAG_PIXAR_MATRIX_WORLDTOSCREEN
@@ -196,11 +197,13 @@ class StandInReader:
             for is_drawn, face in zip(drawn, _FACES, strict=True)
         ]
         quads, coordinates, materials = [], [], []
-        reach = 1.0 if geometry == "box" else _GAP
+        half = (box[1] - box[0]) / 2
+        gap = _GAP * half.max()
+        reach = np.maximum(half, gap) if geometry == "box" else gap
         for i in np.flatnonzero(drawn):
             face = _FACES[i]
-            corners = reach * np.cross(face.s, face.t) + _CORNERS @ np.array([face.s, face.t])
-            quads.append(box.mean(axis=0) + corners * (box[1] - box[0]) / 2)
+            corners = _CORNERS @ np.array([face.s, face.t])
+            quads.append(box.mean(axis=0) + corners * half + np.cross(face.s, face.t) * reach)
             # Without one of its own a card shows its opposite's texture as if it was seen through it.
             source = i if textures[i] or not textures[i ^ 1] else i ^ 1
             frame = np.array([_FACES[source].s, _FACES[source].t])
