@@ -216,6 +216,7 @@ def test_layers_of_render_vars():
         ('["mine", "preview", "full", ""]', 0.2),
         ('["mine", "", "full"]', 0.3),
         ('["full"]', 0.1),
+        ('["allPurpose", "full"]', 0.3),  # as Houdini writes ""
     ],
 )
 def test_materials_are_bound_for_the_purpose(purposes, color):

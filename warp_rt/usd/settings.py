@@ -48,6 +48,7 @@ _METADATA = "renderSettingsPrimPath"
 _NAME = "productName"  # which, unlike the rest, is not uniform
 _OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:lightSamples", "warp_rt:threshold")
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
+_ALL_PURPOSE = "allPurpose"  # what UsdShade calls the token "", and Houdini writes for it
 _IS_THERE = Usd.TraverseInstanceProxies()  # active, defined and not abstract
 _Meaning = TypeVar("_Meaning")
 
@@ -303,8 +304,8 @@ class _Reader:
 
     def binding_purposes(self) -> tuple[str, ...]:
         """Return the material purposes of the bindings that count."""
-        purposes = self._strongest("materialBindingPurposes", purposes_of)
-        return tuple(dict.fromkeys(purposes)) if purposes else BINDING_PURPOSES
+        purposes = self._strongest("materialBindingPurposes", purposes_of) or BINDING_PURPOSES
+        return tuple(dict.fromkeys("" if purpose == _ALL_PURPOSE else purpose for purpose in purposes))
 
     def _strongest(self, name: str, meaning: Callable[[Any], _Meaning]) -> _Meaning | None:
         """Return what the strongest value that makes sense means; None where there is none. The others are told.
