@@ -304,6 +304,14 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         settings("rel products = </P>", 'def RenderProduct "P" { uniform token productType = "deepRaster" }'),
         {"/P"},
     ),
+    "N941": (
+        settings(
+            "rel products = </P>",
+            'def RenderProduct "P" { rel orderedVars = </V> }\n'
+            'def RenderVar "V" { uniform string sourceName = "primId"\nuniform token dataType = "float" }',
+        ),
+        {"/V"},
+    ),
     "W525": (
         settings(
             "rel products = </P>",

@@ -136,6 +136,29 @@ def test_layers_are_render_vars(folder: Path) -> None:
     assert (channels["Prims.X"][0, 4], channels["Prims.X"][7, 0]) == (0, 4294967295)
 
 
+def test_layers_of_one_name_are_told_apart(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """None is lost: the later one has its prim's name. Channels that differ may share a layer."""
+    layer = '    string driver:parameters:aov:name = "far"\n'
+    text = STAGE.replace('"Peye"\n', f'"distance"\n{layer}').replace('"cameraDepth"\n', f'"P"\n{layer}')
+    text = text.replace('"primId"\n', f'"elementId"\n{layer}')
+    (folder / "stage.usda").write_text(text)
+    assert run("render", "stage.usda", "--product", "Layers", "--json") == 0
+    _, channels = read(folder / "layers.tif.exr")
+    assert set(channels) == {*"RGBA", "far.X", "Prims.X", "Far.X", "Far.Y", "Far.Z"}
+    told = [note["prim"] for note in json.loads(capfd.readouterr().out)["notes"] if "called" in note["message"]]
+    assert told == ["/Prims", "/Far"]
+    np.testing.assert_allclose([channels[f"Far.{axis}"][0, 4] for axis in "XYZ"], [5.25, 0.875, 0], rtol=1e-6)
+
+
+def test_halves_may_be_infinite_without_a_word(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    dark = STAGE.replace('Camera "c"\n{', 'Camera "c"\n{\n    float exposure = 20')
+    (folder / "stage.usda").write_text(dark)
+    assert run("render", "stage.usda", "--product", "Layers", "-q") == 0
+    assert capfd.readouterr().err == ""
+    _, channels = read(folder / "layers.tif.exr")
+    assert np.isinf(channels["R"][0, 4])
+
+
 def test_surfaces_are_refined_for_the_camera_of_each_product(folder: Path) -> None:
     """A ball is refined for the one that sees it large, not for the one that comes first and sees it small."""
     cube = STAGE.replace("(5, 1, 0)]", "(5, 1, 0), (5, 0, -1), (6, 0, -1), (6, 1, -1), (5, 1, -1)]")

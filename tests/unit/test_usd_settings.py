@@ -191,6 +191,46 @@ def test_render_vars_are_aovs(body, aov):
     assert codes == (["W525"] if aov is None else [])
 
 
+@pytest.mark.parametrize(
+    ("data_type", "source", "is_told"),
+    [
+        (None, "depth", False),  # the schema's fallback, color3f, asks for nothing
+        ("float", "depth", False),
+        ("double", "depth", False),
+        ("color3f", "depth", True),
+        ("color3f", "Ci", False),
+        ("color4h", "Ci", False),
+        ("float", "Ci", True),
+        ("int", "primId", False),
+        ("uint", "elementId", False),
+        ("float", "primId", True),
+        ("normal3h", "N", False),
+        ("int3", "N", True),
+        ("texCoord2f", "uv", False),
+        ("point3f", "primvars:rest", False),  # of as many components as the stage has
+        ("int", "primvars:number", True),
+        ("string", "P", True),
+        ("normal3f[]", "N", True),
+        ("rgb", "Ci", True),
+    ],
+)
+def test_types_that_files_do_not_have_are_told(data_type, source, is_told):
+    asked = "" if data_type is None else f'uniform token dataType = "{data_type}"\n'
+    (found,), codes = _products(
+        "rel products = </P>",
+        'def RenderProduct "P" {\nrel orderedVars = </v>\n}',
+        f'def RenderVar "v" {{\n{asked}uniform string sourceName = "{source}"\n}}',
+    )
+    assert (len(found.variables), codes) == (1, ["N941"] if is_told else [])
+
+
+def test_a_kind_of_source_that_there_is_not_is_told():
+    product = 'def RenderProduct "P" {\nrel orderedVars = </depth>\n}'
+    variable = 'def RenderVar "depth" {\nuniform token sourceType = "row"\n}'
+    (found,), codes = _products("rel products = </P>", product, variable)
+    assert (found.variables, codes) == ((), ["W525"])
+
+
 def test_layers_of_render_vars():
     product = 'def RenderProduct "P" {\nrel orderedVars = [</beauty>, </N>, </Gone>]\n}'
     variables = (

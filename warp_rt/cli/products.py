@@ -18,6 +18,7 @@ from warp_rt.cli.pictures import Shot, View, make_pictures
 from warp_rt.cli.stage_input import open_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError, OutputError, SceneError
+from warp_rt.image.layers import layer_names
 from warp_rt.image.outputs import FORMATS
 from warp_rt.near_matches import near_matches
 from warp_rt.options import RenderOptions
@@ -100,6 +101,10 @@ def product_shots(
             if output is None and path.as_posix() != name:
                 asked = f"productName {name!r}" if name else "no productName"
                 notes.append(Diagnostic(OTHER_NAME, product.path, f"{asked}: written as {path}"))
+        for variable, layer in zip(product.variables, layer_names(product.variables), strict=True):
+            if layer not in ("", variable.layer):
+                told = f"another layer of {product.path} is called {variable.layer!r}: this one is {layer!r}"
+                notes.append(Diagnostic(OTHER_NAME, variable.path, told))
         numbered = _numbered([files[name] for name in names], source, codes)
         shots += [Shot(time, file, held, product) for time, file in zip(times, numbered, strict=True)]
     for file, count in Counter(shot.output for shot in shots).items():

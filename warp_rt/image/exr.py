@@ -13,45 +13,8 @@ import OpenEXR
 
 from warp_rt.errors import OutputError
 from warp_rt.image.atomic import replacing
-from warp_rt.options import is_primvar_aov
 
 _REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # x, y of red, green, blue and white: ITU-R BT.709-6
-
-_SUFFIXES = {
-    "color": ("R", "G", "B"),
-    "alpha": ("A",),
-    "depth": ("Z",),
-    "cameraDepth": ("Z",),
-    "normal": ("X", "Y", "Z"),
-    "Neye": ("X", "Y", "Z"),
-    "position": ("X", "Y", "Z"),
-    "Peye": ("X", "Y", "Z"),
-    "uv": ("U", "V"),
-}
-_PRIMVAR_SUFFIXES = {1: ("X",), 2: ("U", "V"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}  # most are colours
-_DEFAULT_LAYER = ("color", "alpha")  # without a prefix: every viewer shows R, G, B, A
-
-
-def channels_of(aov: str, values: np.ndarray, layer: str) -> dict[str, np.ndarray]:
-    """Return the planes of an AOV by the names of its channels: ``R G B``, ``A``, ``depth.Z``, ``normal.X ...``.
-
-    Args:
-        aov: What it is, which says how its components are called.
-        values: float32, float16 or int32, shape [height, width] or [height, width, components].
-        layer: Its name in the file; empty: the layer that every viewer shows.
-    """
-    planes = values[..., None] if values.ndim == 2 else values
-    prefix = f"{layer}." if layer else ""
-    suffixes = _PRIMVAR_SUFFIXES[planes.shape[2]] if is_primvar_aov(aov) else _SUFFIXES.get(aov, ("X",))
-    names = (prefix + suffix for suffix in suffixes)
-    # The format has no signed integers: ids are unsigned, and -1 (nothing) becomes 4294967295, its bits unchanged.
-    bits = planes.view(np.uint32) if planes.dtype == np.int32 else planes
-    return {name: np.ascontiguousarray(bits[..., component]) for component, name in enumerate(names)}
-
-
-def default_layer(aov: str) -> str:
-    """Return an AOV's layer where nobody names it: its own name, but for colour and alpha, which viewers show."""
-    return "" if aov in _DEFAULT_LAYER else aov
 
 
 def write_exr(
@@ -70,7 +33,7 @@ def write_exr(
 
     Args:
         path: The file.
-        channels: Planes by name, shape [height, width], row 0 at the top; see ``channels_of``.
+        channels: Planes by name, shape [height, width], row 0 at the top; see ``layers.channels_of``.
         software: Who made it, an attribute.
         metadata: Facts by name, attributes ``warp_rt:NAME`` of the type string, int or float.
         data_window: Where the planes lie: x and y of their top left pixel in a picture, its width and height [pixel].

@@ -15,9 +15,10 @@ import numpy as np
 from warp_rt.errors import OptionError, OutputError
 from warp_rt.image.atomic import write_bytes
 from warp_rt.image.color import display, unpremultiply
-from warp_rt.image.exr import channels_of, default_layer, write_exr
+from warp_rt.image.exr import write_exr
 from warp_rt.image.ids import encode_ids, labels_of
 from warp_rt.image.jpeg import MAX_SIDE, encode_jpeg
+from warp_rt.image.layers import channels_of, default_layer, layer_names
 from warp_rt.image.outputs import ID_TABLES, check_writable, format_of, picture_of, planned_files
 from warp_rt.image.png import encode_png, opaque
 from warp_rt.image.tone import check_display
@@ -210,13 +211,13 @@ class Image:
             for aov, values in self.film.aovs.items():
                 channels |= channels_of(aov, values, default_layer(aov))
             return channels
-        for layer in layers:
+        for layer, name in zip(layers, layer_names(layers), strict=True):
             values = self[layer.aov]
             if layer.is_half and values.dtype == np.float32:
-                values = values.astype(np.float16)
-            is_shown = layer.aov == "color" and "R" not in channels
-            channels |= channels_of(layer.aov, values, "" if is_shown or layer.aov == "alpha" else layer.layer)
-            if is_shown:
+                with np.errstate(over="ignore"):  # infinite where too great
+                    values = values.astype(np.float16)
+            channels |= channels_of(layer.aov, values, name)
+            if layer.aov == "color" and not name:
                 channels |= channels_of("alpha", self.alpha.astype(values.dtype), "")
         return channels
 

@@ -18,6 +18,7 @@ from warp_rt.scene import RenderVar
 from warp_rt.usd.attribute_values import shown
 
 UNKNOWN_VAR = "W525"
+OTHER_TYPE = "N941"
 
 _AOVS = {
     **dict.fromkeys(("color", "Ci", "RGBA", "RGB", "beauty"), "color"),
@@ -28,6 +29,17 @@ _AOVS = {
     **dict.fromkeys(("uv", "st", "primvars:st"), "uv"),
     **{name: name for name in ("distance", "Neye", "Peye", "primId", "instanceId", "elementId")},
 }
+_KINDS = ("raw", "primvar", "lpe", "intrinsic")
+_IDS = ("primId", "instanceId", "elementId")
+_COMPONENTS = {  # that a type may have; those of a primvar are not known yet
+    "color": (3, 4),
+    **dict.fromkeys(("alpha", "cameraDepth", "distance", *_IDS), (1,)),
+    **dict.fromkeys(("normal", "Neye", "position", "Peye"), (3,)),
+    "uv": (2,),
+}
+# C++ types of those that hold whole numbers and floats.
+_WHOLE = re.compile(r"GfVec(\d)i|(?:unsigned )?(?:int|long)")
+_FLOATS = re.compile(r"GfVec(\d)[fdh]|float|double|pxr_half::half")
 # Light path expressions of all light that reaches the camera by any way.
 _ALL_LIGHT = re.compile(r"(?:lpe:)?C(?:<?\.>?)?\*(?:\[<?L\.>?O\]|\[LO\]|L|O)?|(?:lpe:)?beauty")
 _LAYER = "driver:parameters:aov:name"  # what hosts call the layer, where not as the prim
@@ -53,11 +65,26 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
         report.warn(UNKNOWN_VAR, prim.GetPath(), f"there is no {kind} variable {shown(name)}; left out")
         return None
     layer = prim.GetAttribute(_LAYER).Get() if prim.HasAttribute(_LAYER) else None
-    is_half = str(schema.GetDataTypeAttr().Get()).rstrip("1234").endswith(("half", "h"))
+    data_type = schema.GetDataTypeAttr()
+    asked = str(data_type.Get())
+    if data_type.HasAuthoredValue() and not _is_type_of(asked, aov):
+        what = "whole numbers" if aov in _IDS else "floats"
+        count = f"{_COMPONENTS[aov][0]} " if aov in _COMPONENTS else ""
+        report.warn(OTHER_TYPE, prim.GetPath(), f"dataType {shown(asked)}: {aov} is written as {count}{what}")
+    is_half = asked.rstrip("1234").endswith(("half", "h"))
     return RenderVar(str(prim.GetPath()), str(layer or prim.GetName()), aov, is_half)
 
 
+def _is_type_of(data_type: str, aov: str) -> bool:
+    """Return whether a USD type is that of an AOV, whatever its precision and role."""
+    found = (_WHOLE if aov in _IDS else _FLOATS).fullmatch(Sdf.ValueTypeNames.Find(data_type).type.typeName)
+    count = int(found[1] or 1) if found else 0
+    return count > 0 and count in _COMPONENTS.get(aov, (count,))
+
+
 def _aov_of(kind: str, name: str) -> str | None:
+    if kind not in _KINDS:
+        return None
     if kind == "lpe":
         return "color" if _ALL_LIGHT.fullmatch(name.replace(" ", "")) else None
     primvar = f"primvars:{name.removeprefix('primvars:')}"
