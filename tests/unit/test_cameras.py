@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import warp_rt
 from warp_rt.errors import SceneError
-from warp_rt.scene import Camera, look_at
+from warp_rt.scene import Camera, Settings, look_at
 
 K = np.array([[50.0, 0.0, 21.0], [0.0, 40.0, 13.0], [0.0, 0.0, 1.0]])  # no square pixels, nothing in the middle
 WIDTH, HEIGHT = 48, 32
@@ -23,9 +25,11 @@ def scene() -> warp_rt.Scene:
     return warp_rt.Scene.from_arrays(points, [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])
 
 
-def render(camera: Camera, width: int = WIDTH, height: int = HEIGHT, **options: object) -> warp_rt.Film:
+def render(
+    camera: Camera, width: int = WIDTH, height: int = HEIGHT, of: warp_rt.Scene | None = None, **options: object
+) -> warp_rt.Film:
     chosen = warp_rt.RenderOptions(width=width, height=height, aovs=AOVS, **options)  # type: ignore[arg-type]
-    return warp_rt.Renderer(scene(), chosen, device="cpu").render(camera=camera)
+    return warp_rt.Renderer(of or scene(), chosen, device="cpu").render(camera=camera)
 
 
 def distance_from_projection(film: warp_rt.Film, intrinsics: np.ndarray) -> float:
@@ -64,6 +68,23 @@ def test_a_camera_that_the_settings_fit_has_the_intrinsics_of_its_film() -> None
     assert distance_from_projection(film, k) < 1e-3
     again = render(film.camera)
     np.testing.assert_allclose(again.aovs["depth"], film.aovs["depth"], rtol=1e-5)
+
+
+@pytest.mark.parametrize("policy", ["expandAperture", "adjustPixelAspectRatio"])
+@pytest.mark.parametrize("window", [(0.25, 0.1, 0.8, 0.9), (-0.2, 0.5, 0.6, 1.3)])
+def test_the_camera_of_a_film_gives_that_film_again(window: tuple[float, ...], policy: str) -> None:
+    """Also where it is the data window of the picture: that is in the camera, and must not be cut out of it again."""
+    settings = Settings(data_window=window, pixel_aspect_ratio=1.5, aspect_policy=policy)
+    seen = dataclasses.replace(scene(), settings=settings)
+    film = render(Camera("/square", POSE, (-0.3, 0.3, -0.2, 0.3)), of=seen)
+    assert film.data_window is not None
+    assert film.camera is not None
+    again = render(film.camera, film.width, film.height, of=seen)
+    assert (again.width, again.height, again.data_window) == (film.width, film.height, None)
+    assert again.pixel_aspect_ratio == pytest.approx(film.pixel_aspect_ratio)
+    is_same = np.isclose(again.aovs["depth"], film.aovs["depth"], rtol=1e-4)
+    assert is_same.mean() > 0.99  # but for edges
+    np.testing.assert_allclose(again.aovs["position"][is_same], film.aovs["position"][is_same], atol=1e-4)
 
 
 def test_look_at_is_a_right_handed_frame_with_the_target_ahead() -> None:

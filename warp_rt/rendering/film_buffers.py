@@ -147,14 +147,16 @@ def make_film_buffers(
     return FilmBuffers(data, arrays, area, aovs, shown)
 
 
-def film_area(crop: Rectangle | None, settings: Settings, width: int, height: int) -> Rectangle:
+def film_area(crop: Rectangle | None, camera: Camera, settings: Settings, width: int, height: int) -> Rectangle:
     """Return the part of a picture that is made.
 
     A crop is cut off at the picture's edges. Without one it is the render settings' data window, which may reach beyond
-    them: the pixels whose centre it holds (UsdRenderSettingsBase, dataWindowNDC).
+    them: the pixels whose centre it holds (UsdRenderSettingsBase, dataWindowNDC); of a camera whose window is that of
+    the picture already, all.
 
     Args:
         crop: What is asked for; None: nothing.
+        camera: Of the picture.
         settings: Of the stage.
         width: Of the whole picture [pixel].
         height: Likewise.
@@ -164,7 +166,7 @@ def film_area(crop: Rectangle | None, settings: Settings, width: int, height: in
         SceneError: Nothing is left of the data window, or it is too large.
     """
     if crop is None:
-        left, bottom, right, top = settings.data_window
+        left, bottom, right, top = (0.0, 0.0, 1.0, 1.0) if camera.is_conformed else settings.data_window
         x, x_end = (math.ceil(share * width - 0.5) for share in (left, right))
         y, y_end = (math.ceil((1 - share) * height - 0.5) for share in (top, bottom))
         if x < x_end <= x + MAX_SIZE and y < y_end <= y + MAX_SIZE:

@@ -49,7 +49,7 @@ def rehearse(scene: Scene, options: RenderOptions, camera: str | None = None) ->
     chosen = choose_camera(scene, camera)
     seen_by = chosen or frame_camera(scene, options)
     size = image_size(seen_by, options, scene.settings)
-    width, height = film_area(options.crop, scene.settings, *size)[2:]
+    width, height = film_area(options.crop, seen_by, scene.settings, *size)[2:]
     primvars = [aov for aov in options.aovs if is_primvar_aov(aov)]
     absent = [aov for aov in primvars if not primvar_size(scene, aov.removeprefix("primvars:"))]
     notes = list(view_notes(scene, options, seen_by, is_framed=chosen is None, absent_aovs=absent))

@@ -171,7 +171,7 @@ class Renderer:
         options = dataclasses.replace(self.options, **{name: to for name, to in changes.items() if to is not None})
         chosen = self._view(camera).camera
         size = image_size(chosen, options, self.scene.settings)
-        area = film_area(options.crop, self.scene.settings, *size)
+        area = film_area(options.crop, chosen, self.scene.settings, *size)
         buffers = make_film_buffers(options.aovs, area, self.device, self._device_scene.aov_primvars)
         return Exposure(options, chosen, size, buffers, Deadline(options.time_limit))
 

@@ -43,7 +43,7 @@ def trace_pixel(
     """
     scene, camera = view.scene, view.camera
     size = image_size(camera, options, scene.settings)
-    left, top, width, height = film_area(options.crop, scene.settings, *size)
+    left, top, width, height = film_area(options.crop, camera, scene.settings, *size)
     check_pixel(pixel, width, height)
     x, y = int(pixel[0]), int(pixel[1])
     taken = chosen_samples(samples, options.spp)

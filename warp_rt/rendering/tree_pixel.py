@@ -53,7 +53,7 @@ def check_pixel_of(scene: Scene, pixel: tuple[int, int], options: RenderOptions,
     chosen = camera if isinstance(camera, Camera) else choose_camera(scene, camera)
     seen_by = chosen or frame_camera(scene, options)
     size = image_size(seen_by, options, scene.settings)
-    check_pixel(pixel, *film_area(options.crop, scene.settings, *size)[2:])
+    check_pixel(pixel, *film_area(options.crop, seen_by, scene.settings, *size)[2:])
 
 
 def check_pixel(pixel: tuple[int, int], width: int, height: int) -> None:

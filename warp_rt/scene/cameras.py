@@ -37,7 +37,7 @@ class Camera:
     before it opens exposes nothing: colour is black."""
     is_conformed: bool = False
     """Whether the window is that of the picture, whatever its sides and its pixels' aspect ratio; else the render
-    settings' aspectRatioConformPolicy fits it."""
+    settings' aspectRatioConformPolicy fits it, and their dataWindowNDC cuts a part out."""
 
     @staticmethod
     def from_intrinsics(
