@@ -132,7 +132,10 @@ def nearest_light(
     seen.distance = t_max
     for k in range(scene.light_count):
         if is_seen_as_shape(scene.lights[k]):
-            if sender < 0 or holds(scene.links, scene.lights[k].receivers, sender):
+            is_met = scene.lights[k].is_visible != 0
+            if sender >= 0:
+                is_met = holds(scene.links, scene.lights[k].receivers, sender)
+            if is_met:
                 met = meet_extent(scene.lights[k], origin, direction)
                 if met.pdf > 0.0 and met.distance < seen.distance:
                     seen.row = k

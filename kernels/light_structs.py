@@ -50,6 +50,8 @@ class LightData:
     """Row of ``SceneData.light_meshes``; -1: none."""
     glows: wp.int32
     """1 for a mesh light whose mesh emits by its material, which mirror rays bring back."""
+    is_visible: wp.int32
+    """0: eye rays do not meet its shape, where others do."""
 
 
 @wp.struct

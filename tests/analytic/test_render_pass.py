@@ -133,6 +133,26 @@ def test_lights_and_domes_take_part() -> None:
     assert (len(unseen.lights), [one.is_visible for one in unseen.domes]) == (1, [False])
 
 
+def test_a_light_that_is_visible_is_hidden_from_the_eye_alone() -> None:
+    """A rect light fills the view at distance 1; seen in the mirror behind it, it shines the other way, on to that."""
+    more = (
+        'def RectLight "panel"\n{\n    float inputs:width = 8\n    float inputs:height = 8\n'
+        "    double3 xformOp:translate = (0, 0, -1)\n    double3 xformOp:rotateXYZ = (0, 180, 0)\n"
+        '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]\n}\n'
+    )
+    mirror = "rel collection:prune:includes = </walls/near>\n"
+    for text, collections, color in (
+        (more, "", 1.0),
+        (more, "rel collection:cameraVisibility:excludes = </panel>", 0.0),
+        # Behind the eye, shining away from it: what is reflected is met, not what is looked at.
+        (more.replace("-1)", "1)").replace("180", "0"), "rel collection:cameraVisibility:excludes = </panel>", 1.0),
+    ):
+        made = stage(mirror + collections, more=text, text=STAGE.replace("</dark>", "</mirror>"))
+        options = warp_rt.RenderOptions(width=4, height=4, lights_visible=True)
+        film = warp_rt.Renderer(load_stage(made, pass_path="/P"), options, device="cpu").render()
+        np.testing.assert_allclose(film.color[..., 0], color, atol=1e-5)
+
+
 def test_pruned_meshes_take_no_memory_and_links_still_hold() -> None:
     linked = LAMP.replace("{\n", "{\n    rel collection:lightLink:excludes = </walls/far>\n", 1)
     scene = load_stage(stage("rel collection:prune:includes = </walls/near>", more=linked), pass_path="/P")

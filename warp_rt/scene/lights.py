@@ -115,6 +115,8 @@ class Light:
     Where they stop light, parts of it hide each other; None: nothing of it is drawn."""
     glows: bool = False
     """Whether the mesh of a mesh light emits by its material: what mirrors show of that is no highlight, too."""
+    is_visible: bool = True
+    """Whether eye rays see its shape where lights are visible; reflection and refraction rays always do there."""
     profile_angle_scale: float = 0.0
     """Above 0, vertical angles are divided by it before the profile is read; below 0, their distance from pi is by its
     negative; 0: neither."""

@@ -58,6 +58,7 @@ def light_record(light: Light, origin: np.ndarray, tables: LightTables) -> dict[
         "texture": texture,
         "mesh": tables.add_mesh(light, origin),
         "glows": light.glows,
+        "is_visible": light.is_visible,
     }
 
 

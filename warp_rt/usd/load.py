@@ -156,7 +156,7 @@ def load_stage(
         lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report, from_rec709)
         instances, surfaces = shining.surfaces()
         if collections is not None:
-            domes = collections.domes(domes)
+            lights, domes = collections.seen(lights), collections.seen(domes)
         cameras = _read_cameras(group, code, report)
         if base_time is None:
             cameras = without_idle_shutters(stage, cameras, code)

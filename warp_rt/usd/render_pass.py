@@ -9,16 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from pxr import Sdf, Usd
 
 from warp_rt.report import Report
-from warp_rt.scene import Dome, Instances, Mesh, RayMask, Shapes
+from warp_rt.scene import Dome, Instances, Light, Mesh, RayMask, Shapes
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.placement import PlacedPrim
 
 BAD_COLLECTION = "W527"
+
+_AnyLight = TypeVar("_AnyLight", Light, Dome)
 
 
 class PassCollections:
@@ -60,11 +63,12 @@ class PassCollections:
         shines = [rendered.IsPathIncluded(path) and not pruned.IsPathIncluded(path) for path in paths]
         return tuple(light for light, is_on in zip(placed, shines, strict=True) if is_on)
 
-    def domes(self, domes: Sequence[Dome]) -> list[Dome]:
-        """Return domes, hidden from eye rays where the pass says so."""
+    def seen(self, lights: Sequence[_AnyLight]) -> list[_AnyLight]:
+        """Return lights or domes, hidden from eye rays where the pass says so."""
         seen = self._query("cameraVisibility")
         return [
-            dome if seen.IsPathIncluded(_valid_path(dome.path)) else replace(dome, is_visible=False) for dome in domes
+            light if seen.IsPathIncluded(_valid_path(light.path)) else replace(light, is_visible=False)
+            for light in lights
         ]
 
     def _rows(self, links: LinkReader, name: str, count: int) -> np.ndarray:
