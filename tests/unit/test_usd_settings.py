@@ -153,6 +153,32 @@ def test_products_override_what_they_author():
     assert (second.settings.data_window, second.settings.disables_motion_blur) == ((0, 0, 1, 1), False)
 
 
+def test_a_product_has_the_resolution_of_its_schema_where_none_is_authored():
+    """Pictures that the command asks for are as wide as it says."""
+    products = 'def RenderProduct "P" {\n}\ndef RenderProduct "Q" {\nuniform int2 resolution = (8, 4)\n}'
+    (first, second), _ = _products("rel products = [</P>, </Q>]", products)
+    assert (first.settings.resolution, second.settings.resolution) == ((2048, 1080), (8, 4))
+    assert _read("rel products = </Render/P>", products)[0].resolution is None
+    (first, _), _ = _products("rel products = [</P>, </Q>]\nuniform int2 resolution = (64, 48)", products)
+    assert first.settings.resolution == (64, 48)
+
+
+def test_inactive_prims_ask_for_nothing():
+    off = "(active = false)"
+    variable = 'def RenderVar "v" {name} {{\nuniform string sourceName = "Ci"\n}}'
+    product = 'def RenderProduct "P" {name} {{\nrel orderedVars = </v>\n}}'
+    for of_product, of_variable, expected in ((off, "", ((), ["W524"])), ("", off, ([()], ["W525"]))):
+        products, codes = _products(
+            "rel products = </P>", product.format(name=of_product), variable.format(name=of_variable)
+        )
+        assert ([one.variables for one in products], codes) == (list(expected[0]), expected[1])
+    stage = Usd.Stage.CreateInMemory()
+    text = f'#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\ndef RenderSettings "S" {off} {{\n}}'
+    stage.GetRootLayer().ImportFromString(text)
+    report = Report()
+    assert (read_settings(stage, report).settings, [d.code for d in report]) == (Settings(), ["W521"])
+
+
 def test_a_product_name_may_be_another_at_each_frame():
     """Unlike other settings it is not uniform; hosts write the names of all frames."""
     samples = 'token productName.timeSamples = { 1: "x.1.exr", 2: "x.2.exr" }'

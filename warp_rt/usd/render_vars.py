@@ -16,6 +16,7 @@ from warp_rt.options import is_primvar_aov
 from warp_rt.report import Report
 from warp_rt.scene import RenderVar
 from warp_rt.usd.attribute_values import shown
+from warp_rt.usd.context import SHOWN
 
 UNKNOWN_VAR = "W525"
 OTHER_TYPE = "N941"
@@ -53,8 +54,8 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
         path: Where it should be.
         report: Takes diagnostics.
     """
-    if not prim or not prim.IsA(UsdRender.Var):
-        report.warn(UNKNOWN_VAR, path, "is named as a render var, but is no RenderVar; left out")
+    if not prim or not prim.IsA(UsdRender.Var) or not SHOWN(prim):
+        report.warn(UNKNOWN_VAR, path, "is named as a render var, but is no RenderVar that is active; left out")
         return None
     schema = UsdRender.Var(prim)
     kind, name = str(schema.GetSourceTypeAttr().Get()), str(schema.GetSourceNameAttr().Get() or "")

@@ -8,7 +8,7 @@ Reference: UsdRender schema documentation.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,6 +21,7 @@ from warp_rt.scene import Camera, Product, Settings
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.color_spaces import color_space
+from warp_rt.usd.context import SHOWN
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.render_vars import read_render_var
 from warp_rt.usd.setting_values import (
@@ -47,9 +48,9 @@ UNUSED_RENDER_PRIM = "N903"
 _METADATA = "renderSettingsPrimPath"
 _NAME = "productName"  # which, unlike the rest, is not uniform
 _OWN_TERMS = ("warp_rt:ambient", "warp_rt:background", "warp_rt:depth", "warp_rt:lightSamples", "warp_rt:threshold")
+_RESOLUTION = (2048, 1080)  # the schema's, of products; pictures that the command asks for have its width
 _WHOLE_WINDOW = (0.0, 0.0, 1.0, 1.0)
 _ALL_PURPOSE = "allPurpose"  # what UsdShade calls the token "", and Houdini writes for it
-_IS_THERE = Usd.TraverseInstanceProxies()  # active, defined and not abstract
 _Meaning = TypeVar("_Meaning")
 
 
@@ -85,25 +86,28 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
     prim = _settings_prim(stage, report, path)
     if prim is None:
         return RenderTerms()
+    reader = _Reader([prim], report)
+    settings: Settings | None = None
     products = []
     for product in _raster_products(prim, report):
-        reader = _Reader([product, prim], report)
-        reader.report_unknown()
+        own = _Reader([product, prim], report)
+        own.report_unknown()
+        said = _settings_of(own, prim)
+        settings = settings or said
         targets = UsdRender.Product(product).GetOrderedVarsRel().GetForwardedTargets()
         variables = (read_render_var(stage.GetPrimAtPath(target), target, report) for target in targets)
         products.append(
             Product(
                 str(product.GetPath()),
                 _name_at(product, Usd.TimeCode.Default()),
-                _settings_of(reader, prim),
+                replace(said, resolution=said.resolution or _RESOLUTION),
                 tuple(variable for variable in variables if variable is not None),
                 tuple((time, _name_at(product, time)) for time in product.GetAttribute(_NAME).GetTimeSamples()),
             )
         )
-    reader = _Reader([prim], report)
     reader.report_unknown()
     return RenderTerms(
-        products[0].settings if products else _settings_of(reader, prim),
+        settings or _settings_of(reader, prim),
         reader.purposes(),
         reader.binding_purposes(),
         tuple(products),
@@ -117,8 +121,8 @@ def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
     for path in UsdRender.Settings(settings).GetProductsRel().GetForwardedTargets():
         product = UsdRender.Product(settings.GetStage().GetPrimAtPath(path))
         kind = product.GetProductTypeAttr().Get() if product else ""
-        if not product:
-            report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct")
+        if not product or not SHOWN(product.GetPrim()):
+            report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct that is active")
         elif str(kind) != "raster":
             report.warn(IGNORED_PRODUCT, path, f"the product type {shown(kind)} is not supported; ignored")
         else:
@@ -162,6 +166,9 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
     targets = UsdRender.Pass(prim).GetRenderSourceRel().GetForwardedTargets()
     if not targets:
         raise SceneError(f"{source}: the render pass {path} names no renderSource")
+    file = UsdRender.Pass(prim).GetFileNameAttr().Get()
+    if file is not None and file.path:
+        report.warn(IGNORED_SETTING, path, f"fileName {file.path!r} is not opened: renderSource is taken of this stage")
     if len(targets) > 1:
         report.warn(IGNORED_SETTING, path, f"renderSource has {len(targets)} targets: the first counts")
     return str(targets[0])
@@ -174,7 +181,7 @@ def _settings_prim(stage: Usd.Stage, report: Report, path: str | None) -> Usd.Pr
         if not isinstance(name, str) or not name:
             return None
     prim = stage.GetPrimAtPath(name) if name.startswith("/") else Usd.Prim()
-    if prim and prim.IsA(UsdRender.Settings):
+    if prim and prim.IsA(UsdRender.Settings) and SHOWN(prim):
         return prim
     if path is not None:
         raise SceneError(f"{stage_name(stage)}: {name} is no RenderSettings prim")
@@ -249,7 +256,7 @@ class _Reader:
         """Return whether there is a camera where a prim says; tell where there is none."""
         stage = prim.GetStage()
         found = stage.GetPrimAtPath(path)
-        if found and found.IsA(UsdGeom.Camera) and _IS_THERE(found):
+        if found and found.IsA(UsdGeom.Camera) and SHOWN(found):
             return True
         if is_outside_mask(stage, path):
             self._report.warn(OUTSIDE_MASK, prim.GetPath(), f"camera: {path} is left out by the mask")
