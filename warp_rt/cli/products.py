@@ -18,7 +18,6 @@ from warp_rt.cli.pictures import Shot, View, make_pictures
 from warp_rt.cli.stage_input import open_stage
 from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError, OutputError, SceneError
-from warp_rt.image.layers import layer_names
 from warp_rt.image.outputs import FORMATS
 from warp_rt.near_matches import near_matches
 from warp_rt.options import RenderOptions
@@ -77,6 +76,8 @@ def product_shots(
         OutputError: Two pictures would be one file.
         SceneError: There is no such product.
     """
+    from warp_rt.image.layers import layer_names
+
     products = source.products()
     found = [product for product in products if chosen in (ALL, product.path, product.path.rsplit("/", 1)[-1])]
     if not found:
