@@ -94,6 +94,23 @@ def test_purposes_of_render_settings_count_where_authored() -> None:
     assert {path.split("/")[1] for path in drawn(scene) if path.endswith("/m")} == {"default", "guide"}
 
 
+@pytest.mark.parametrize("purposes", [("render",), ("proxy", "guide"), ("default",)])
+def test_of_render_settings_that_leave_default_out_it_is_not_drawn(purposes) -> None:
+    """Only prims of one of the purposes are, of PointInstancers too (UsdRenderSettings, includedPurposes)."""
+    asked = ", ".join(f'"{purpose}"' for purpose in purposes)
+    settings = f'\ndef RenderSettings "rs" {{ uniform token[] includedPurposes = [{asked}]\n }}'
+    instancer = (
+        '\ndef PointInstancer "pi" { rel prototypes = [</pi/a>, </pi/b>]\nint[] protoIndices = [0, 1]\n'
+        f'point3f[] positions = [(0, 0, 0), (1, 0, 0)]\ndef Mesh "a" {{ {TRIANGLE} }}\n'
+        f'def Mesh "b" {{ {TRIANGLE} token purpose = "render"\n }}\n}}'
+    )
+    scene = load(PURPOSES + instancer + settings, settings_path="/rs")
+    again = {f"/{purpose}/again" for purpose in ("default", "render", "proxy", "guide")}
+    copies = {"/pi/a": "default", "/pi/b": "render"}
+    expected = {f"/{purpose}/m" for purpose in purposes} | (again if "default" in purposes else set())
+    assert drawn(scene) == expected | {path for path, purpose in copies.items() if purpose in purposes}
+
+
 def test_inactive_undefined_and_abstract_prims_are_not_drawn() -> None:
     scene = load(
         f"""

@@ -225,7 +225,7 @@ class StageWalk:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
                 self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
-        if traits.type.is_boundable and (not (here.purpose or here.hidden_purposes) or self._is_shown(here)):
+        if traits.type.is_boundable and self._is_shown(here):
             if traits.is_geometry:
                 row = self._gprims.add(prim, path, traits.type.name, passed_on, traits.authored, skin, bool(children))
                 builder.add_gprim(row, matrix if skin is None else _posed(matrix, skin), here.constants)
