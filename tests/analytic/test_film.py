@@ -45,6 +45,20 @@ def test_a_sheared_orthographic_camera_looks_along_its_own_z() -> None:
     np.testing.assert_allclose(film.aovs["depth"], 9.0, rtol=1e-6)
 
 
+@pytest.mark.parametrize("is_perspective", [True, False])
+def test_normals_of_a_sheared_eye_are_upright_on_its_points(is_perspective: bool) -> None:
+    """A plane of the world is one of the sheared space, too, and Neye is unit and upright on all that Peye has of it."""
+    matrix = looking((0.3, 0.2, -1), (1.0, 2.0, 9.0)) @ np.diag([1.5, -0.7, 1.2, 1.0])
+    matrix[:3, 2] += 0.6 * matrix[:3, 0] - 0.3 * matrix[:3, 1]
+    camera = Camera("/camera", matrix, (-0.5, 0.4, -0.3, 0.5), is_perspective=is_perspective)
+    film = render(scene_of(chart(), ambient=(1, 1, 1)), camera, width=8, height=6, aovs=("normal", "Neye", "Peye"))
+    np.testing.assert_allclose(film.aovs["normal"], np.broadcast_to([0, 0, 1], (6, 8, 3)), atol=1e-6)
+    normal, points = film.aovs["Neye"], film.aovs["Peye"].reshape(-1, 3).astype(float)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, rtol=1e-6)
+    np.testing.assert_allclose((points - points[0]) @ normal[0, 0], 0, atol=1e-4)
+    assert normal[0, 0] @ points[0] < 0  # towards the eye
+
+
 def test_perspective_pixels_diverge_from_the_eye() -> None:
     """The window lies at distance 1, the chart at distance 4; what is up in the world is up in the picture."""
     color = render(scene_of(chart(), ambient=(1, 1, 1)), perspective((0, 0, 4), (0, 0, -1)), width=9, height=6).color

@@ -72,11 +72,12 @@ class FilmBuffers:
             # Components that an instance's value does not have are NaN.
             values = np.nan_to_num(aovs["primvars"][k, ..., : max(primvar.size, 1)])
             aovs[name] = values[..., 0] if primvar.size < 2 else values
-        eye_from_world = np.linalg.inv(_axes(camera))
+        axes = _axes(camera)
+        eye_from_world = np.linalg.inv(axes)
         if "cameraDepth" in self.wanted:
             aovs["cameraDepth"] = aovs["depth"].copy()
         if "Neye" in self.wanted:
-            aovs["Neye"] = (aovs["normal"] @ eye_from_world.T).astype(np.float32)
+            aovs["Neye"] = _unit(aovs["normal"] @ axes).astype(np.float32)  # by the inverse transpose, as normals are
         if "position" in aovs:
             world = aovs["position"] + origin
             eye = (world - camera.world_from_camera[:3, 3]) @ eye_from_world.T
@@ -97,6 +98,11 @@ def _mean_color(sums: np.ndarray, spp: int, exposure: float) -> tuple[np.ndarray
             color[part] *= np.float32(exposure)
         np.divide(sums[part, :, 3], np.float32(spp), out=alpha[part])
     return color, alpha
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(lengths > 0, lengths, 1.0)
 
 
 def _axes(camera: Camera) -> np.ndarray:
