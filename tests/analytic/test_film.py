@@ -47,7 +47,7 @@ def test_a_sheared_orthographic_camera_looks_along_its_own_z() -> None:
 
 @pytest.mark.parametrize("is_perspective", [True, False])
 def test_normals_of_a_sheared_eye_are_upright_on_its_points(is_perspective: bool) -> None:
-    """A plane of the world is one of the sheared space, too, and Neye is unit and upright on all that Peye has of it."""
+    """A plane of the world is one of the sheared space, too: Neye is unit, and upright on all that Peye has of it."""
     matrix = looking((0.3, 0.2, -1), (1.0, 2.0, 9.0)) @ np.diag([1.5, -0.7, 1.2, 1.0])
     matrix[:3, 2] += 0.6 * matrix[:3, 0] - 0.3 * matrix[:3, 1]
     camera = Camera("/camera", matrix, (-0.5, 0.4, -0.3, 0.5), is_perspective=is_perspective)
