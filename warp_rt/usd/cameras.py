@@ -20,6 +20,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Camera, Settings
 from warp_rt.usd.arrays import vector_rows
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
+from warp_rt.usd.misspelt import report_misspelt
 
 NO_FOCUS = "W421"
 BAD_PLANES = "W422"
@@ -45,7 +46,7 @@ def read_camera(prim: Usd.Prim, world_from_local: np.ndarray, time: Usd.TimeCode
         report: Takes diagnostics about what is ignored or makes no sense.
     """
     attributes = AttributeReader(prim, time, INVALID_CAMERA, report)
-    _report_ignored(prim, attributes, report)
+    _report_ignored(prim, report)
     is_perspective = attributes.token("projection", _PROJECTIONS[0], _PROJECTIONS) == "perspective"
     f_number = attributes.number("fStop", 0.0)
     focal_length = _FOCAL_LENGTH
@@ -192,7 +193,7 @@ def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report)
     return 1.0
 
 
-def _report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) -> None:
-    path = prim.GetPath()
+def _report_ignored(prim: Usd.Prim, report: Report) -> None:
+    report_misspelt(prim, report)
     if any(schema.startswith("BackPlateAPI:") for schema in prim.GetAppliedSchemas()):
-        report.warn(BACK_PLATE, path, "back plates are not supported; ignored")
+        report.warn(BACK_PLATE, prim.GetPath(), "back plates are not supported; ignored")
