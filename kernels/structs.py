@@ -109,6 +109,8 @@ class TextureData:
     row_v: wp.vec3
     wrap_s: wp.int32
     wrap_t: wp.int32
+    mag_filter: wp.int32
+    """How the image is read between texels, where a sample sees less than one."""
     tiles: wp.int32
     """-1: one image; else the first entry of UDIM tiles in ``SceneData.tiles``, ``image`` being the grid of their
     means, and u' and v' count tiles from its lower left corner."""

@@ -85,6 +85,12 @@ def sample_image(scene: wp.ref[SceneData], image: ImageData, u: float, v: float,
     """
     x = wrap_coordinate(u, wrap_s) * float(image.width) - 0.5
     y = wrap_coordinate(v, wrap_t) * float(image.height) - 0.5
+    return between_texels(scene, image, x, y, wrap_s, wrap_t)
+
+
+@wp.func
+def between_texels(scene: wp.ref[SceneData], image: ImageData, x: float, y: float, wrap_s: int, wrap_t: int) -> wp.vec4:
+    """Return what lies between the four texels about a place, counted in texels from the centre of texel (0, 0)."""
     x_floor = wp.floor(x)
     y_floor = wp.floor(y)
     fx = x - x_floor

@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .magnification import MAG_LINEAR, sample_magnified
 from .ray_differential import coordinate_differential
 from .structs import SceneData, TextureData
 from .surface import Surface
@@ -39,6 +40,9 @@ def eval_texture(
     down_image = wp.vec2(
         texture.row_u[0] * down[0] + texture.row_u[1] * down[1], texture.row_v[0] * down[0] + texture.row_v[1] * down[1]
     )
+    if texture.mag_filter != MAG_LINEAR:
+        value = sample_magnified(scene, texture, u, v, across_image, down_image)
+        return wp.cw_mul(value, texture.scale) + texture.bias
     if texture.tiles >= 0:
         value = sample_tiles(scene, texture.image, texture.tiles, u, v, across_image, down_image)
         return wp.cw_mul(value, texture.scale) + texture.bias

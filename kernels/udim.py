@@ -70,6 +70,15 @@ def find_tile(scene: wp.ref[SceneData], grid: ImageData, tiles: int, u: float, v
 
 
 @wp.func
+def bounded_place(grid: ImageData, u: float, v: float) -> wp.vec2:
+    """Return (u, v) kept to what is about the grid: beyond it all is alike. What is not finite is on no tile."""
+    return wp.vec2(
+        wp.clamp(u, -2.0, float(grid.width) + 2.0) if wp.isfinite(u) else -2.0,
+        wp.clamp(v, -2.0, float(grid.height) + 2.0) if wp.isfinite(v) else -2.0,
+    )
+
+
+@wp.func
 def sample_level(
     scene: wp.ref[SceneData], grid_image: int, grid: ImageData, tile: Tile, u: float, v: float, level: int
 ) -> wp.vec4:
@@ -101,9 +110,9 @@ def sample_tiles(
         down: Likewise down the picture.
     """
     grid = scene.images[grid_image]
-    # What is not finite is on no tile; beyond the grid all is alike, hence the bounds.
-    x = wp.clamp(u, -2.0, float(grid.width) + 2.0) if wp.isfinite(u) else -2.0
-    y = wp.clamp(v, -2.0, float(grid.height) + 2.0) if wp.isfinite(v) else -2.0
+    place = bounded_place(grid, u, v)
+    x = place[0]
+    y = place[1]
     tile = find_tile(scene, grid, tiles, x, y)
     total = wp.vec4(0.0, 0.0, 0.0, 0.0)
     if tile.image < 0:

@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.texture_node import eval_texture
-from warp_rt.scene import Image, Instances, Scene, Texture, Wrap
+from warp_rt.scene import Image, Instances, MagFilter, Scene, Texture, Wrap
 from warp_rt.scene.texture_values import grid_values, texture_values
 from warp_rt.upload.device_scene import upload_scene
 from warp_rt.warp_setup import init_warp
@@ -111,6 +111,53 @@ def test_scale_bias_transform_and_fallback() -> None:
     pixels[0, 3] = 255
     turned = np.array([[0.0, 0.0, 7 / 8], [1.0, 0.0, 0.0]], np.float32)  # u' = 7/8, v' = u
     assert evaluate(pixels, np.array([[0.5, 0.1]]), uv_transform=turned)[0, 0] == 1.0
+
+
+@pytest.mark.parametrize("wrap", list(Wrap))
+@pytest.mark.parametrize("is_float", [False, True])
+def test_the_nearest_texel_with_every_wrap_mode(wrap: Wrap, is_float: bool) -> None:
+    rng = np.random.default_rng(3)
+    pixels = rng.integers(0, 256, size=(5, 7, 4)).astype(np.uint8)
+    source = (pixels / 255).astype(np.float32) if is_float else pixels
+    uv = rng.uniform(-2.5, 3.5, size=(400, 2)).astype(np.float32)
+    places = np.floor(uv.astype(float) * (7, 5)).astype(int)
+    expected = np.zeros((400, 4))
+    for k, (x, y) in enumerate(places.tolist()):
+        column, row = wrapped(x, 7, wrap), wrapped(y, 5, wrap)
+        if column is not None and row is not None:
+            expected[k] = pixels[row, column] / 255
+    texture = Texture(0, wrap_s=wrap, wrap_t=wrap, mag_filter=MagFilter.NEAREST)
+    found = evaluate(source, uv, wrap_s=wrap, wrap_t=wrap, mag_filter=MagFilter.NEAREST)
+    np.testing.assert_allclose(found, expected, atol=1e-7)
+    np.testing.assert_allclose(texture_values(texture, [Image("test", source)], uv), expected, atol=1e-7)
+
+
+def test_cubic_is_the_b_spline_of_the_texels() -> None:
+    rng = np.random.default_rng(4)
+    pixels = rng.uniform(size=(6, 7, 4)).astype(np.float32)
+    uv = rng.uniform(-0.5, 1.5, size=(200, 2)).astype(np.float32)
+
+    def spline(x: float) -> float:  # the uniform cubic B-spline about 0
+        x = abs(x)
+        return 2 / 3 - x**2 + x**3 / 2 if x < 1 else max(2 - x, 0) ** 3 / 6
+
+    expected = np.zeros((200, 4))
+    for k, (u, v) in enumerate(uv.astype(float)):
+        for row in range(-10, 20):
+            for column in range(-10, 20):
+                weight = spline(u * 7 - 0.5 - column) * spline(v * 6 - 0.5 - row)
+                expected[k] += weight * pixels[row % 6, min(max(column, 0), 6)]
+    fields = {"wrap_s": Wrap.CLAMP, "wrap_t": Wrap.REPEAT, "mag_filter": MagFilter.CUBIC}
+    np.testing.assert_allclose(evaluate(pixels, uv, **fields), expected, atol=2e-6)
+    np.testing.assert_allclose(texture_values(Texture(0, **fields), [Image("", pixels)], uv), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("mag_filter", [MagFilter.NEAREST, MagFilter.CUBIC])
+def test_a_footprint_of_several_texels_is_averaged_by_every_filter(mag_filter: MagFilter) -> None:
+    pixels = np.random.default_rng(5).uniform(size=(16, 16, 4)).astype(np.float32)
+    uv = np.array([[0.3, 0.6]])
+    far = {"across": (0.25, 0.0), "down": (0.0, 0.25), "wrap_s": Wrap.REPEAT, "wrap_t": Wrap.REPEAT}
+    np.testing.assert_array_equal(evaluate(pixels, uv, mag_filter=mag_filter, **far), evaluate(pixels, uv, **far))
 
 
 @pytest.mark.parametrize(("wrap_s", "wrap_t"), list(product(Wrap, Wrap)))
@@ -256,11 +303,12 @@ def test_one_image_by_two_curves_has_two_pyramids_and_one_base() -> None:
 
 @pytest.mark.parametrize("wrap_s", Wrap)
 @pytest.mark.parametrize("wrap_t", Wrap)
-def test_grids_of_places_are_read_as_single_ones_are(wrap_s, wrap_t):
+@pytest.mark.parametrize("mag_filter", MagFilter)
+def test_grids_of_places_are_read_as_single_ones_are(wrap_s, wrap_t, mag_filter):
     rng = np.random.default_rng(5)
     image = Image("noise", rng.uniform(size=(3, 5, 4)).astype(np.float32))
     s, t = rng.uniform(-2, 3, 20), rng.uniform(-2, 3, 15)
-    texture = Texture(0, wrap_s=wrap_s, wrap_t=wrap_t)
+    texture = Texture(0, wrap_s=wrap_s, wrap_t=wrap_t, mag_filter=mag_filter)
     expected = texture_values(texture, [image], np.stack([np.tile(s, 15), np.repeat(t, 20)], axis=1))
-    found = grid_values(image.pixels.astype(np.float64), s, t, wrap_s, wrap_t)
+    found = grid_values(image.pixels.astype(np.float64), s, t, texture)
     np.testing.assert_allclose(found.reshape(-1, 4), expected, atol=1e-12)

@@ -456,13 +456,53 @@ def test_hexagons_and_clover_leaves(name, shape):
     assert codes == ["N938"]
 
 
+def spline(t):
+    """Return the uniform cubic B-spline's weights of the texels before, about and after a place."""
+    return np.stack([(1 - t) ** 3, 4 - 6 * t**2 + 3 * t**3, 4 - 6 * (1 - t) ** 2 + 3 * (1 - t) ** 3, t**3]) / 6
+
+
+@pytest.mark.parametrize("nodes", ["image", "scaled", "squared", "doubled"])
+@pytest.mark.parametrize("filtertype", ["closest", "cubic"])
+def test_images_are_read_between_texels_as_their_filtertype_says(tmp_path, nodes, filtertype):
+    codes = np.random.default_rng(1).integers(0, 256, (1, 8)).astype(np.uint8)
+    PilImage.fromarray(codes).save(tmp_path / "codes.png")
+    texels = codes[0] / 255
+    file = f"asset inputs:file = @{(tmp_path / 'codes.png').as_posix()}@"
+    is_image = nodes == "image"
+    image = node("N" if is_image else "I", "ND_image_float", file, f'string inputs:filtertype = "{filtertype}"')
+    chain = {
+        "image": "",
+        "scaled": node("N", "ND_multiply_float", "float inputs:in1.connect = </M/I.outputs:out>", number("in2", 0.5)),
+        "squared": node("N", "ND_power_float", "float inputs:in1.connect = </M/I.outputs:out>", number("in2", 2.0)),
+        "doubled": node(
+            "N",
+            "ND_add_float",
+            "float inputs:in1.connect = </M/I.outputs:out>",
+            "float inputs:in2.connect = </M/I.outputs:out>",
+        ),
+    }[nodes]
+    # what is computed of cubic images is exact where its texels are, and linear in between
+    s = (np.arange(8) + 0.5) / 8 if (filtertype, nodes) == ("cubic", "squared") else np.linspace(0.01, 0.99, 60)
+    values, told = read(image + chain, np.stack([s, np.full_like(s, 0.4)], axis=1), count=1)
+    if filtertype == "closest":
+        expected = texels[np.floor(8 * s).astype(int)]
+    else:
+        first = np.floor(8 * s - 0.5).astype(int)
+        weights = spline(8 * s - 0.5 - first)
+        expected = sum(weights[k + 1] * texels[(first + k) % 8] for k in range(-1, 3))
+    expected = {"image": expected, "scaled": expected / 2, "squared": expected**2, "doubled": 2 * expected}[nodes]
+    np.testing.assert_allclose(values[:, 0], expected, atol=1e-6)
+    assert told == (["N938"] if nodes == "squared" else [])
+
+
 @pytest.mark.parametrize(
     ("identifier", "line", "codes"),
     [
         ("ND_normalmap_float", "float3 inputs:normal.connect = </M/P.outputs:out>", ["W303"]),
         ("ND_normalmap_float", "float3 inputs:normal.connect = </M/O.outputs:out>", []),
         ("ND_normalmap_float", "", []),
-        ("ND_image_vector3", 'string inputs:filtertype = "closest"', ["W303"]),
+        ("ND_image_vector3", 'string inputs:filtertype = "closest"', []),
+        ("ND_image_vector3", 'string inputs:filtertype = "smooth"', ["W204"]),
         ("ND_image_vector3", 'string inputs:framerange = "1-9"', ["W303"]),
         ("ND_image_vector3", 'string inputs:filtertype = "linear"', []),
     ],

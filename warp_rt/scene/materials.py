@@ -34,6 +34,15 @@ class Wrap(IntEnum):
     MIRROR = 3
 
 
+class MagFilter(IntEnum):
+    """What a texture holds between texels, where a sample sees less than one."""
+
+    LINEAR = 0
+    NEAREST = 1
+    CUBIC = 2
+    """A B-spline, which is smooth, and does not pass through the texels."""
+
+
 class OpacityMode(IntEnum):
     """What opacity below one means: light through the material, or less of the material."""
 
@@ -87,6 +96,7 @@ class Texture:
     """float32, shape [2, 3], applied to (u, v, 1)."""
     wrap_s: Wrap = Wrap.BLACK
     wrap_t: Wrap = Wrap.BLACK
+    mag_filter: MagFilter = MagFilter.LINEAR
     scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     fallback: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)

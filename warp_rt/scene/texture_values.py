@@ -12,14 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from warp_rt.scene import Image, Texture, Wrap
+from warp_rt.scene import Image, MagFilter, Texture, Wrap
 from warp_rt.srgb import linear_from_srgb
 
+_Taps = list[tuple[np.ndarray, np.ndarray]]
 _SEAM = 1e-5  # tiles, or parts of a coordinate beyond the first: kernels/constants.py has the same
 
 
 def texture_values(texture: Texture, images: Sequence[Image], coordinates: np.ndarray) -> np.ndarray:
-    """Return decode(texel) * scale + bias by bilinear interpolation; the unscaled fallback without an image.
+    """Return decode(texel) * scale + bias, as is between texels; the unscaled fallback without an image.
 
     Args:
         texture: Which.
@@ -55,44 +56,45 @@ def decoded_texels(pixels: np.ndarray, *, is_srgb: bool) -> np.ndarray:
     return texels
 
 
-def grid_values(pixels: np.ndarray, s: np.ndarray, t: np.ndarray, wrap_s: Wrap, wrap_t: Wrap) -> np.ndarray:
-    """Return an image by bilinear interpolation at all places of a grid, as ``texture_values`` does at single ones.
+def grid_values(pixels: np.ndarray, s: np.ndarray, t: np.ndarray, texture: Texture) -> np.ndarray:
+    """Return an image at all places of a grid, as ``texture_values`` does at single ones.
 
     Args:
         pixels: Decoded texels, shape [height, width, 4].
         s: Places across, in the image, shape [n].
         t: Places upwards, shape [m].
-        wrap_s: What lies beyond the image, across.
-        wrap_t: Likewise upwards.
+        texture: How it is read beyond its edges and between texels.
 
     Returns:
         Of the type of ``pixels``, shape [m, n, 4].
     """
     height, width = pixels.shape[:2]
-    lines = _between(pixels, 0, *_texels(t, height, wrap_t))
-    return _between(lines, 1, *_texels(s, width, wrap_s))
+    lines = _between(pixels, 0, _texels(t, height, texture.wrap_t, texture.mag_filter))
+    return _between(lines, 1, _texels(s, width, texture.wrap_s, texture.mag_filter))
 
 
-def _between(texels: np.ndarray, axis: int, first: np.ndarray, second: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _between(texels: np.ndarray, axis: int, taps: _Taps) -> np.ndarray:
     """Return what is between rows, or columns, of texels; those of index -1 are black."""
-    share = (share if axis == 0 else share.T)[..., None].astype(texels.dtype)
-    here, beyond = (1 - share) * _kept(first, axis), share * _kept(second, axis)
-    return np.asarray(texels.take(first, axis) * here + texels.take(second, axis) * beyond, texels.dtype)
-
-
-def _kept(index: np.ndarray, axis: int) -> np.ndarray:
-    return (index >= 0)[:, None, None] if axis == 0 else (index >= 0)[None, :, None]
+    total: np.ndarray | float = 0.0
+    for index, weight in taps:
+        kept = np.where(index >= 0, weight, 0).astype(texels.dtype)
+        total = total + texels.take(index, axis) * np.expand_dims(kept, (1, 2) if axis == 0 else (0, 2))
+    return np.asarray(total, texels.dtype)
 
 
 def _image_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> np.ndarray:
     """Return decoded values, float64, shape [n, 4]."""
     uv = np.where(np.isfinite(uv), uv, 0.0)
     pixels = images[texture.image].pixels
-    (x0, x1, fx), (y0, y1, fy) = (
-        _texels(uv[:, axis], pixels.shape[1 - axis], wrap) for axis, wrap in enumerate((texture.wrap_s, texture.wrap_t))
+    columns, rows = (
+        _texels(uv[:, axis], pixels.shape[1 - axis], wrap, texture.mag_filter)
+        for axis, wrap in enumerate((texture.wrap_s, texture.wrap_t))
     )
-    bottom, top = (_fetch(pixels, x0, y, texture) * (1 - fx) + _fetch(pixels, x1, y, texture) * fx for y in (y0, y1))
-    return np.asarray(bottom * (1 - fy) + top * fy)
+    total = np.zeros((len(uv), 4))
+    for y, height in rows:
+        for x, width in columns:
+            total += _fetch(pixels, x, y, texture) * (width * height)[:, None]
+    return total
 
 
 def _tile_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> np.ndarray:
@@ -124,13 +126,21 @@ def _tile_values(texture: Texture, images: Sequence[Image], uv: np.ndarray) -> n
     return found
 
 
-def _texels(s: np.ndarray, size: int, wrap: Wrap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the texels on both sides of coordinates along an axis, -1 for black, and the share of the second."""
+def _texels(s: np.ndarray, size: int, wrap: Wrap, mag_filter: MagFilter) -> _Taps:
+    """Return the texels that count at coordinates along an axis, -1 for black, and their weights."""
     period = {Wrap.REPEAT: 1.0, Wrap.MIRROR: 2.0}.get(wrap)
     s = np.clip(s, -2.0, 3.0) if period is None else s - period * np.floor(s / period)
     x = s * size - 0.5
-    first = np.floor(x).astype(np.int64)
-    return _wrapped(first, size, wrap), _wrapped(first + 1, size, wrap), (x - first)[:, None]
+    first = np.floor(x + 0.5 if mag_filter == MagFilter.NEAREST else x).astype(np.int64)
+    t = x - first
+    weights = [1.0 - t, t]
+    if mag_filter == MagFilter.NEAREST:
+        weights = [np.ones_like(t)]
+    elif mag_filter == MagFilter.CUBIC:  # a uniform B-spline's
+        first -= 1
+        weights = [(1 - t) ** 3, 4 - 6 * t**2 + 3 * t**3, 4 - 6 * (1 - t) ** 2 + 3 * (1 - t) ** 3, t**3]
+        weights = [weight / 6 for weight in weights]
+    return [(_wrapped(first + k, size, wrap), weight) for k, weight in enumerate(weights)]
 
 
 def _wrapped(index: np.ndarray, size: int, wrap: Wrap) -> np.ndarray:

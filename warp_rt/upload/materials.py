@@ -62,6 +62,7 @@ def _texture_record(texture: Texture, slots: Mapping[str, int], images: DeviceIm
         "uv_fallback": texture.uv_fallback,
         "wrap_s": int(texture.wrap_s),
         "wrap_t": int(texture.wrap_t),
+        "mag_filter": int(texture.mag_filter),
         "scale": texture.scale,
         "bias": texture.bias,
         "fallback": texture.fallback,

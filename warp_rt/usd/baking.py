@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warp_rt.scene import Image, Texture, Tiles, Wrap
+from warp_rt.scene import Image, MagFilter, Texture, Tiles, Wrap
 from warp_rt.scene.texture_values import decoded_texels, grid_values, texture_values
 from warp_rt.usd.continuation import UNIT, Continuation, Span, continuation, onto_unit
 from warp_rt.usd.image_cache import ImageCache
@@ -97,6 +97,7 @@ def bake(source: Source, images: ImageCache) -> Baked:
         uv_transform=transform[:2].astype(np.float32),
         wrap_s=beyond.wraps[0],
         wrap_t=beyond.wraps[1],
+        mag_filter=MagFilter.NEAREST if is_common and _are_nearest(textures, looked_up) else MagFilter.LINEAR,
         bias=(red, green, blue, alpha),
     )
     rows = _rows(texture)
@@ -221,7 +222,7 @@ class _Evaluation:
         if key not in self._decoded:
             pixels = self._images[texture.image].pixels
             self._decoded[key] = decoded_texels(pixels, is_srgb=texture.is_srgb).astype(np.float32)
-        values = grid_values(self._decoded[key], s, t, texture.wrap_s, texture.wrap_t)
+        values = grid_values(self._decoded[key], s, t, texture)
         return np.asarray(values.reshape(-1, CHANNELS) * texture.scale + texture.bias)
 
 
@@ -254,6 +255,11 @@ def _padded(values: np.ndarray) -> np.ndarray:
 
 def _matrix(texture: Texture) -> np.ndarray:
     return np.vstack([texture.uv_transform.astype(float), [0.0, 0.0, 1.0]])
+
+
+def _are_nearest(textures: Sequence[Texture], looked_up: Sequence[Texture]) -> bool:
+    """Return whether a field of images that are placed alike has one value from edge to edge of its texels."""
+    return bool(textures) and not looked_up and all(one.mag_filter == MagFilter.NEAREST for one in textures)
 
 
 def _rows(texture: Texture) -> tuple[int, ...]:

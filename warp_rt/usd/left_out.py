@@ -18,7 +18,7 @@ from warp_rt.usd.shading_network import Node, find_source, read_constant
 UNKNOWN_NODE = "W303"
 _IMAGES = re.compile(r"ND_(?:(?:tiled|gltf_|gltf_color)?image|triplanarprojection)(?:_.*)?")
 _FRAMED = re.compile(r"ND_(?:normalmap|bump)(?:_.*)?")
-_OF_IMAGES = {"layer": "", "filtertype": "linear", "framerange": "", "frameoffset": 0, "frameendaction": "constant"}
+_OF_IMAGES = {"layer": "", "framerange": "", "frameoffset": 0, "frameendaction": "constant"}
 _OF_FRAMES = ("normal", "tangent", "bitangent")
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import Texture, Tiles, Wrap
+from warp_rt.scene import MagFilter, Texture, Tiles, Wrap
 from warp_rt.scene.texture_values import decoded_texels
 from warp_rt.usd.color_spaces import color_space as find_color_space
 from warp_rt.usd.image_cache import ImageCache
@@ -32,6 +32,7 @@ _WRAPS = {
     "periodic": Wrap.REPEAT,
     "mirror": Wrap.MIRROR,
 }
+_MAG_FILTERS = {"closest": MagFilter.NEAREST, "linear": MagFilter.LINEAR, "cubic": MagFilter.CUBIC}
 _OF_FILE = "useMetadata"
 Vector4 = tuple[float, float, float, float]
 
@@ -161,6 +162,7 @@ class TextureNodes:
             scale=scale,
             bias=bias,
             fallback=fallback,
+            mag_filter=self._mag_filter(shader),
             is_srgb=is_srgb,
         )
         return _texture_source(texture)
@@ -214,6 +216,16 @@ class TextureNodes:
             self._report.warn(UNKNOWN_TOKEN, shader.GetPath(), f"the wrap mode {token!r} is unknown; read as black")
         return _WRAPS.get(token, Wrap.BLACK)
 
+    def _mag_filter(self, shader: UsdShade.Shader) -> MagFilter:
+        """Return how an image node of MaterialX is read between texels; those of USD are, linearly."""
+        if not (shader.GetShaderId() or "").startswith("ND_"):
+            return MagFilter.LINEAR
+        token = self._token(shader, "filtertype", "linear")
+        if token not in _MAG_FILTERS:
+            message = f"the filtertype {token!r} is unknown; read as linear"
+            self._report.warn(UNKNOWN_TOKEN, shader.GetPath(), message)
+        return _MAG_FILTERS.get(token, MagFilter.LINEAR)
+
     def _token(self, shader: UsdShade.Shader, name: str, default: str) -> str:
         value = read_token(shader, name, self._time, self._report)
         return default if value is None else value
@@ -234,6 +246,7 @@ def _texture_source(texture: Texture) -> Source:
         texture.uv_fallback,
         texture.uv_transform.tolist(),
         texture.is_srgb,
+        texture.mag_filter,
     )
     return Source(
         f"{values} {texture.wrap_s} {texture.wrap_t} {texture.scale} {texture.bias} {texture.fallback}", texture
