@@ -127,6 +127,34 @@ def test_a_light_moves_with_the_mesh_that_shines() -> None:
     assert np.abs(light.world_from_light[:3, :3] - np.eye(3)).max() > 0.9
 
 
+@pytest.mark.parametrize(
+    ("kind", "body"),
+    [
+        ("RectLight", ""),
+        (
+            "PointInstancer",
+            """point3f[] positions = [(0, 0, 0)]
+            int[] protoIndices = [0]
+            rel prototypes = </root/m/p>
+            def Mesh "p" { point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]
+                int[] faceVertexCounts = [3]
+                int[] faceVertexIndices = [0, 1, 2]
+            }
+            """,
+        ),
+    ],
+)
+def test_lights_and_instancers_may_be_moved_as_a_whole_too(kind: str, body: str) -> None:
+    """As UsdSkel.BakeSkinning does it: what can be skinned is whatever is a Boundable."""
+    joints = JOINTS.replace("[0, 1, 1, 0]", "[1]").replace("[1, 1, 1, 1]", "[1]").replace('"vertex"', '"constant"')
+    stage = stage_of(f'def {kind} "m" ({BOUND}) {{ {joints}\n{body}\n}}')
+    scene = load_stage(stage)
+    found = scene.lights[0].world_from_light if scene.lights else scene.instances.world_from_local[0]
+    assert UsdSkel.BakeSkinning(UsdSkel.Root(stage.GetPrimAtPath("/root")))
+    baked = UsdGeom.XformCache(0).GetLocalToWorldTransform(stage.GetPrimAtPath("/root/m"))
+    np.testing.assert_allclose(found, np.array(baked).T, atol=1e-6)
+
+
 def test_instances_have_their_own_pose() -> None:
     """The animation is inherited from above the instance, so that one prototype stands in two poses."""
     source = stage_of(f'def Mesh "m" ({BOUND}) {{ {QUAD} {JOINTS}\n}}')
@@ -336,8 +364,9 @@ def test_what_does_not_fit_a_rig_is_told(body: str, rig: tuple[str, str], told: 
     assert prims == ([told] if told else [])
 
 
-def test_shapes_without_points_are_told_not_to_bend() -> None:
-    stage = stage_of(f'def Sphere "m" ({BOUND}) {{ {JOINTS}\n}}')
+@pytest.mark.parametrize("kind", ["Sphere", "RectLight", "PointInstancer"])
+def test_what_is_no_mesh_of_points_is_told_not_to_bend(kind: str) -> None:
+    stage = stage_of(f'def {kind} "m" ({BOUND}) {{ {JOINTS}\n}}')
     assert [str(record.prim) for record in load_stage(stage).diagnostics if record.code == "W131"] == ["/root/m"]
 
 

@@ -62,7 +62,6 @@ MAX_NESTING = 64  # of instances within instances
 ASKED_FOR_SELECTIONS = 10_000  # prims; of more, asking each takes two hundredths of the time that loading it does
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
-_SKINNED = (*geometry.TYPES, *implicit.TYPES)
 _IDENTITY = np.eye(4)
 
 
@@ -223,7 +222,7 @@ class StageWalk:
                 report_not_inherited(prim, self._report)
         if traits.is_instancer:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
-                self._prototypes.add_point_instances(prim, passed_on, matrix, builder, self._walk_group)
+                self._prototypes.add_point_instances(prim, passed_on, _posed(matrix, skin), builder, self._walk_group)
             return None  # prototypes are often its children, and are not drawn by themselves
         if traits.type.is_boundable and self._is_shown(here):
             if traits.is_geometry:
@@ -300,7 +299,7 @@ class StageWalk:
                     self._add_stand_in(prim, path, here, matrix, builder)
                 return None
         skin = None
-        if kind in _SKINNED and prim_type.is_boundable and self._is_shown(here):
+        if prim_type.is_boundable and kind not in _NOT_GEOMETRY and (prim_type.is_light or self._is_shown(here)):
             if here.is_skinned:
                 skin = self._read_skin(prim)
             elif not names.isdisjoint(SKINNING):
@@ -370,8 +369,8 @@ class StageWalk:
                 why = "no skeleton poses it"
             elif has_joints:
                 why = "USD takes none of its joint influences"
-        elif get_type_name(prim) in implicit.TYPES and (skin.shapes or not skin.is_rigid):
-            why = "it has no points that joints or blend shapes could move"
+        elif get_type_name(prim) not in geometry.TYPES and (skin.shapes or not skin.is_rigid):
+            why = "joints and blend shapes cannot bend it, only move it as a whole"
         if why:
             self._report.warn(REST_POSE, get_path(prim), f"{why}: drawn in its rest pose")
         return skin
