@@ -191,6 +191,21 @@ def test_what_lights_and_materials_are_counts_at_the_frame() -> None:
     np.testing.assert_allclose(film.color[SIZE // 2, SIZE // 2], 1 / np.pi, rtol=1e-5)
 
 
+def test_a_light_that_is_switched_off_by_its_visibility_shines_for_a_while() -> None:
+    """Visibility is no input: it counts at each time, of a light as of a mesh."""
+    lamp = """def DistantLight "%s"
+        {
+            float inputs:intensity = %s
+            float inputs:angle = 0
+            token visibility.timeSamples = { %s }
+        }
+        """
+    lit = lamp % ("l", 1, '9: "inherited"')
+    for times in ('9: "invisible", 10.25: "inherited"', '9: "inherited", 9.75: "invisible"'):
+        film, _ = picture(stage(mesh(more=WHITE) + lit + lamp % ("some", 4, times)), spp=4)
+        np.testing.assert_allclose(film.color[SIZE // 2, SIZE // 2], (1 + 4 / 4) / np.pi, rtol=1e-5)
+
+
 def test_topology_may_change() -> None:
     """Half of the time there is a square on the left, half of the time a triangle on the right."""
     body = """def Mesh "m"

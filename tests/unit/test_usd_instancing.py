@@ -383,6 +383,32 @@ def test_purposes_above_a_prototype_elsewhere_precede_that_of_its_instancer(
     assert names(seen) == ["/I[0]"]
 
 
+def test_prototypes_below_what_is_invisible_are_repeated_with_their_lights() -> None:
+    """So it is with geometry, in Hydra too: prototypes are hidden by their own visibility, not by that of their shelf."""
+    scene = load(
+        f"""
+        def PointInstancer "I" {{
+            rel prototypes = </I/shelf/p>
+            int[] protoIndices = [0]
+            point3f[] positions = [(10, 0, 0)]
+            def Scope "shelf" {{
+                token visibility = "invisible"
+                def Xform "p" {{
+                    def Mesh "m" {{ {TRIANGLE} }}
+                    def SphereLight "lamp" {{ {translate(0, 0, 2)} }}
+                    def SphereLight "off" {{ token visibility = "invisible"
+                    }}
+                }}
+            }}
+        }}
+        """
+    )
+    assert places(scene) == {"/I[0]": [10, 0, 0]}
+    assert [(light.path, light.world_from_light[:3, 3].tolist()) for light in scene.lights] == [
+        ("/I[0]/lamp", [10, 0, 2])
+    ]
+
+
 def test_prototypes_may_be_native_instances_overs_and_prims_elsewhere() -> None:
     body = (
         PROTOTYPE

@@ -413,10 +413,6 @@ def test_geometry_that_is_not_drawn_gives_no_light(kind, api):
     assert (found.code, found.message) == ("W401", f"a {kind} as a light is not drawn; it gives no light")
 
 
-def test_invisible_lights_are_off():
-    assert _read('def SphereLight "L" {\ntoken visibility = "invisible"\n}') == (None, [])
-
-
 @pytest.mark.parametrize("matrix", [_scale(1, 1, 0), np.full((4, 4), np.nan)])
 def test_singular_transform_is_named(matrix):
     assert _read('def RectLight "L" {}', matrix) == (None, ["W409"])

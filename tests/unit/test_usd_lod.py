@@ -105,6 +105,11 @@ def test_roots_within_levels() -> None:
     assert drawn(load(lod(levels=levels))) == {"/lod/near/middle"}
 
 
+def test_lights_of_the_level_that_is_drawn_shine_whatever_its_visibility() -> None:
+    levels = 'def Xform "fine" {\ntoken visibility = "invisible"\ndef SphereLight "lamp" {}\n}'
+    assert [light.path for light in load(lod(levels=levels)).lights] == ["/w/lod/fine/lamp"]
+
+
 def test_what_is_invisible_above_stays_so() -> None:
     assert drawn(load(lod('token visibility = "invisible"'))) == set()
 

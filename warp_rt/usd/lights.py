@@ -78,7 +78,7 @@ def read_lights(
 ) -> Sequence[Light | Dome]:
     """Return what a light is: a light or a dome, or a light for each colour that the glow of its geometry has.
 
-    Nothing, with a diagnostic, for one that cannot be drawn; nothing, too, for an invisible one.
+    Nothing, with a diagnostic, for one that cannot be drawn.
 
     Args:
         prim: A prim that :func:`is_light`.
@@ -90,8 +90,6 @@ def read_lights(
         meshes: Finds what shines of geometry.
         from_rec709: To the primaries that are rendered in, and colours multiplied in, shape [3, 3]; None: Rec. 709's.
     """
-    if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
-        return ()
     kind = get_type_name(prim)
     path = prim.GetPath()
     source = _geometry_of(prim)
