@@ -124,6 +124,18 @@ def test_an_unknown_mode_is_told() -> None:
     assert (drawn(scene), codes(scene)) == ({"/m/s"}, {"W114"})
 
 
+@pytest.mark.parametrize(
+    "attribute",
+    [
+        "int model:drawMode = 7",
+        'uniform token model:cardVisibility = "half"',
+        'uniform token model:drawMode = "bounds"\nuniform string model:applyDrawMode = "yes"',
+    ],
+)
+def test_values_that_are_none_of_the_schemas_are_told(attribute: str) -> None:
+    assert codes(load(model(attribute))) == {"W114"}
+
+
 def test_what_is_replaced_takes_its_lights_and_cameras_with_it() -> None:
     body = 'uniform token model:drawMode = "bounds"\ndef SphereLight "l" {}\ndef Camera "c" {}'
     scene = load(model(body))

@@ -384,7 +384,7 @@ def test_purposes_above_a_prototype_elsewhere_precede_that_of_its_instancer(
 
 
 def test_prototypes_below_what_is_invisible_are_repeated_with_their_lights() -> None:
-    """So it is with geometry, in Hydra too: prototypes are hidden by their own visibility, not by that of their shelf."""
+    """As geometry is, in Hydra too: their own visibility hides prototypes, and not that of the shelf they stand on."""
     scene = load(
         f"""
         def PointInstancer "I" {{
@@ -587,6 +587,23 @@ def test_a_prototype_that_is_missing_is_named_and_an_empty_instancer_is_not() ->
     scene = load(instancer(""))
     assert codes(scene) == ["N905"]
     assert len(scene.instances) == 0
+
+
+@pytest.mark.parametrize("body", ["int[] scales = [2]", "float3[] orientations = [(1, 0, 0)]"])
+def test_arrays_of_the_wrong_type_are_told_where_velocities_move_the_instances_too(body: str) -> None:
+    scene = load(
+        f"""
+        def PointInstancer "I" {{
+            rel prototypes = </I/m>
+            int[] protoIndices = [0]
+            point3f[] positions.timeSamples = {{ 0: [(1, 0, 0)] }}
+            vector3f[] velocities.timeSamples = {{ 0: [(1, 0, 0)] }}
+            {body}
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}
+        """
+    )
+    assert (places(scene), codes(scene)) == ({"/I[0]": [1, 0, 0]}, ["W120"])
 
 
 def test_velocities_move_instances_between_samples() -> None:

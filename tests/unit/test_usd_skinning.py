@@ -352,6 +352,19 @@ def test_normals_of_a_joint_that_the_skeleton_lacks_turn_as_its_points_do() -> N
         (SHAPES, ('["lift", "grow"]', '["lift", "grow", "sink"]'), "/root/m"),
         (JOINTS, ("half3[] scales = [(1, 1, 1)]", ""), "/root/skeleton"),
         (JOINTS + 'uniform token[] skel:joints = ["elbow", "shoulder/elbow"]', ("", ""), "/root/m"),
+        (
+            JOINTS.replace(
+                "matrix4d primvars:skel:geomBindTransform", "string primvars:skel:geomBindTransform"
+            ).replace("((1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1))", '"here"'),
+            ("", ""),
+            "/root/m",
+        ),
+        (
+            JOINTS,
+            ('uniform token[] joints = ["shoulder/elbow"]', 'uniform string[] joints = ["shoulder/elbow"]'),
+            "/root/bent",
+        ),
+        (SHAPES.replace("uniform vector3f[] offsets = [(0, 4, 0), (0, 4, 0)]", ""), ("", ""), "/root/m/lift"),
         (SHAPES, ("", ""), None),
         (JOINTS, ("", ""), None),
     ],

@@ -20,7 +20,7 @@ from pxr import Ar, Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Material, MaterialModel, Mesh, Primvar, ShapeKind, Shapes, Texture, Wrap
-from warp_rt.usd.attribute_values import AttributeReader
+from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import EMPTY, INVALID_VALUE
 
@@ -85,36 +85,38 @@ class StandIn:
 
 def draw_mode(prim: Usd.Prim, above: str, report: Report) -> str:
     """Return the draw mode of a model, one of ``MODES``, given that of its parent; empty: found from those above."""
-    mode = str(UsdGeom.ModelAPI(prim).ComputeModelDrawMode(above))
-    if mode in MODES:
-        return mode
-    report.warn(INVALID_VALUE, prim.GetPath(), f"model:drawMode is {mode!r}, no draw mode: default is taken")
-    return "default"
+    computed = str(UsdGeom.ModelAPI(prim).ComputeModelDrawMode(above))
+    mode = computed if computed in MODES else "default"
+    own = prim.GetAttribute("model:drawMode").Get()
+    if own is not None and not (isinstance(own, str) and own in MODES):
+        report.warn(INVALID_VALUE, prim.GetPath(), f"model:drawMode is {shown(own)}, no draw mode: {mode} is taken")
+    return mode
 
 
-def card_visibility(prim: Usd.Prim, above: str) -> str:
+def card_visibility(prim: Usd.Prim, above: str, report: Report) -> str:
     """Return which cards of a model are drawn, ``full`` or ``simple``, given that of its parent."""
-    value = UsdGeom.ModelAPI(prim).GetModelCardVisibilityAttr().Get()
-    return value if value in ("full", "simple") else above
+    found = AttributeReader(prim, Usd.TimeCode.Default(), INVALID_VALUE, report)
+    value = found.token("model:cardVisibility", "inherited", ("full", "simple", "inherited"))
+    return above if value == "inherited" else value
 
 
-def inherited_card_visibility(prim: Usd.Prim) -> str:
+def inherited_card_visibility(prim: Usd.Prim, report: Report) -> str:
     """Return which cards are drawn of models below a prim, by what it and those above it say."""
     while prim and not prim.IsPseudoRoot():
-        value = card_visibility(prim, "")
+        value = card_visibility(prim, "", report)
         if value:
             return value
         prim = prim.GetParent()
     return "full"
 
 
-def is_replaced(prim: Usd.Prim, mode: str) -> bool:
+def is_replaced(prim: Usd.Prim, mode: str, report: Report) -> bool:
     """Return whether a model of this draw mode is replaced: components are, if nothing says otherwise."""
     if mode in ("default", "inherited"):
         return False
-    applies = UsdGeom.ModelAPI(prim).GetModelApplyDrawModeAttr()
-    if applies and applies.HasAuthoredValue():
-        return applies.Get() is True
+    if prim.GetAttribute("model:applyDrawMode").HasAuthoredValue():
+        found = AttributeReader(prim, Usd.TimeCode.Default(), INVALID_VALUE, report)
+        return found.truth("model:applyDrawMode", False)
     return bool(Usd.ModelAPI(prim).IsKind("component"))
 
 

@@ -94,9 +94,7 @@ def _transforms(
     if found > count:
         report.warn(BAD_ARRAY, path, f"{found} positions for {count} protoIndices: the first {count} count")
         positions = positions[:count]
-    precise = schema.GetOrientationsfAttr()
-    is_precise = bool(precise.Get(Usd.TimeCode.EarliestTime()))  # which decides for all times, says the schema
-    orientations = (precise if is_precise else schema.GetOrientationsAttr()).Get(time)
+    orientations = _orientations(schema).Get(time)
     parts: dict[str, np.ndarray] = {}
     for name, value, width in (("orientations", orientations, 4), ("scales", schema.GetScalesAttr().Get(time), 3)):
         rows = short_rows(value, width)
@@ -119,9 +117,10 @@ def _moved_matrices(
         return None
     if not has_rate(schema.GetPrim().GetStage()):
         return None
-    for attribute in motions:
+    widths = {**dict.fromkeys((*motions, schema.GetScalesAttr()), 3), _orientations(schema): 4}
+    for attribute, width in widths.items():
         value = attribute.Get(time)
-        if value is not None and vector_rows(value, 3) is None:
+        if value is not None and vector_rows(value, width) is None:
             message = f"{attribute.GetName()} left out: it holds a {type(value).__name__}"
             report.warn(BAD_ARRAY, attribute.GetPrimPath(), message)
     try:
@@ -133,6 +132,12 @@ def _moved_matrices(
     if matrices is None or len(matrices) != count or not count:
         return None
     return np.asarray(matrices, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1).copy()
+
+
+def _orientations(schema: UsdGeom.PointInstancer) -> Usd.Attribute:
+    """Return the attribute that holds the orientations; the earliest sample decides for all times, says the schema."""
+    precise = schema.GetOrientationsfAttr()
+    return precise if precise.Get(Usd.TimeCode.EarliestTime()) else schema.GetOrientationsAttr()
 
 
 def _integers(attribute: Usd.Attribute, time: Usd.TimeCode, report: Report) -> np.ndarray | None:

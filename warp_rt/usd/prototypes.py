@@ -228,7 +228,7 @@ class Prototypes:
                 constants=constants,
                 width=width,
                 draw_mode=draw_mode(parent, "", self._report) if parent else "default",
-                card_visibility=inherited_card_visibility(parent),
+                card_visibility=inherited_card_visibility(parent, self._report),
             )
             inside = said_above(parent, inside, self._time, self._report)
             self._open.append(path)

@@ -14,6 +14,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from warp_rt.report import Report
 from warp_rt.usd.arrays import integers, vector_rows
+from warp_rt.usd.skel_types import report_wrong_types
 
 REST_POSE = "W131"
 
@@ -151,13 +152,17 @@ class SkinReader:
             if skeleton:
                 targets = binding.GetSkinningTargets()
                 if targets:
-                    self._report_idle_animation(bones, skeleton)
+                    self._report_pose(bones, skeleton)
                 self._skins |= {query.GetPrim().GetPath(): (bones, skeleton, query) for query in targets}
 
-    def _report_idle_animation(self, bones: UsdSkel.Skeleton, skeleton: UsdSkel.SkeletonQuery) -> None:
-        """Report an animation of which USD takes nothing, for it lacks a part of what places its joints."""
+    def _report_pose(self, bones: UsdSkel.Skeleton, skeleton: UsdSkel.SkeletonQuery) -> None:
+        """Report what USD does not take of a skeleton and its animation, of which all is lost where a part is."""
+        report_wrong_types(bones.GetPrim(), "Skeleton", self._time, REST_POSE, self._report)
         animation = skeleton.GetAnimQuery()
-        if animation and animation.GetJointOrder() and not animation.ComputeJointLocalTransforms(self._time):
+        if not animation:
+            return
+        report_wrong_types(animation.GetPrim(), "SkelAnimation", self._time, REST_POSE, self._report)
+        if animation.GetJointOrder() and not animation.ComputeJointLocalTransforms(self._time):
             message = (
                 f"{animation.GetPrim().GetPath()} has not a translation, a rotation and a scale for each joint: "
                 "joints are as restTransforms say"
@@ -170,6 +175,7 @@ class SkinReader:
         if found is None:
             return None
         bones, skeleton, query = found
+        report_wrong_types(prim, "SkelBindingAPI", self._time, REST_POSE, self._report)
         joints = None
         if query.HasJointInfluences():
             lacking = set(query.GetJointOrder() or ()) - set(skeleton.GetJointOrder())
@@ -213,10 +219,14 @@ class SkinReader:
             if not shape:
                 self._report.warn(REST_POSE, prim.GetPath(), "a target of blendShapeTargets is no BlendShape: left out")
                 continue
-            offsets = vector_rows(between.GetOffsets() if between else shape.GetOffsetsAttr().Get(), 3)
-            normals = vector_rows(between.GetNormalOffsets() if between else shape.GetNormalOffsetsAttr().Get(), 3)
+            report_wrong_types(shape.GetPrim(), "BlendShape", self._time, REST_POSE, self._report)
+            offsets = _rows(between.GetOffsets() if between else shape.GetOffsetsAttr().Get())
+            normals = _rows(between.GetNormalOffsets() if between else shape.GetNormalOffsetsAttr().Get())
             rows = integers(shape.GetPointIndicesAttr().Get())
-            if offsets is not None:
+            if offsets is None:
+                name = between.GetAttr().GetName() if between else "offsets"
+                self._report.warn(REST_POSE, shape.GetPath(), f"it has no {name} of no time: left out")
+            else:
                 shapes.append(
                     SubShape(float(weight), rows if rows is not None and len(rows) else None, offsets, normals)
                 )
@@ -232,6 +242,10 @@ def _sum_of_offsets(count: int, moves: list[tuple[float, np.ndarray | None, np.n
         inside = (rows[:shared] >= 0) & (rows[:shared] < count)
         np.add.at(total, rows[:shared][inside], weight * offsets[:shared][inside].astype(np.float64))
     return total
+
+
+def _rows(value: object) -> np.ndarray | None:
+    return vector_rows(value, 3) if isinstance(value, Vt.Vec3fArray) else None
 
 
 def _normal_matrix(matrix: Gf.Matrix4d) -> Gf.Matrix3d:

@@ -292,9 +292,9 @@ class StageWalk:
             if not DRAWN_HOW.isdisjoint(names):
                 here = here._replace(
                     draw_mode=draw_mode(prim, above.draw_mode, self._report),
-                    card_visibility=card_visibility(prim, above.card_visibility),
+                    card_visibility=card_visibility(prim, above.card_visibility, self._report),
                 )
-            if is_replaced(prim, here.draw_mode):
+            if is_replaced(prim, here.draw_mode, self._report):
                 if self._is_shown(here):
                     self._add_stand_in(prim, path, here, matrix, builder)
                 return None
