@@ -119,6 +119,7 @@ def _moved(*to):
         ((0, 0, -3), (9, 9, -2), (0, 0, 0), 0.25),  # a quarter of the window, the rest beyond it
         ((-1, -1, -1), (1, 1, 1), (0, 0, 0), 1.0),  # from inside
         ((-1, -1, 2), (1, 1, 3), (0, 0, 0), 0.0),  # behind
+        ((-1, -1, 0), (1, 1, 0), (0, 0, 0), 0.0),  # flat, and the eye in it
         ((5, -1, -3), (7, 1, -2), (0, 0, 0), 0.0),  # beside
         ((1, -1, -4), (2, 1, 4), (0, 0, 0), 15 / 64),  # from beside it: |y| < x between x = 1 / 4 and 1
     ],

@@ -185,7 +185,8 @@ def share_of_picture(box: np.ndarray, camera: Camera, width: int, height: int, s
     x, y, z, _ = np.linalg.inv(camera.world_from_camera) @ corners.T
     scale = -z if camera.is_perspective else np.ones(8)
     # An orthographic camera also sees what is behind it, if its near distance says so.
-    nearest = np.finfo(float).eps * np.abs(z).max() if camera.is_perspective else min(camera.clipping_range[0], 0.0)
+    ahead = max(np.finfo(float).eps * np.abs(z).max(), np.finfo(float).tiny)
+    nearest = ahead if camera.is_perspective else min(camera.clipping_range[0], 0.0)
     inside = np.stack([-z - nearest, x - left * scale, right * scale - x, y - bottom * scale, top * scale - y])
     areas = [_shown_area(np.stack([x, y, scale]).T[list(face)], inside[:, face].T) for face in _FACES]
     # A line of sight leaves the box through one face; it enters by another, unless it starts inside.

@@ -20,7 +20,6 @@ from warp_rt.report import Report
 from warp_rt.scene import Camera, Settings
 from warp_rt.usd.arrays import vector_rows
 from warp_rt.usd.attribute_values import AttributeReader, numbers, shown
-from warp_rt.usd.misspelt import report_misspelt
 
 NO_FOCUS = "W421"
 BAD_PLANES = "W422"
@@ -194,6 +193,5 @@ def _exposure_scale(prim: Usd.Prim, attributes: AttributeReader, report: Report)
 
 
 def _report_ignored(prim: Usd.Prim, report: Report) -> None:
-    report_misspelt(prim, report)
     if any(schema.startswith("BackPlateAPI:") for schema in prim.GetAppliedSchemas()):
         report.warn(BACK_PLATE, prim.GetPath(), "back plates are not supported; ignored")

@@ -55,7 +55,7 @@ def report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) 
         report.warn(INPUTS_WITHOUT_EFFECT, path, f"a {get_type_name(prim)} has no {names}; ignored")
     if get_type_name(prim) in DOMES and attributes.truth("inputs:normalize", False):
         report.warn(INPUTS_WITHOUT_EFFECT, path, "inputs:normalize: a dome has no area to divide by; ignored")
-    for name in sorted(_old_names(prim)):
+    for name in sorted(old_names(prim.GetPrimDefinition())):
         attribute = prim.GetAttribute(name)
         if attribute and (attribute.HasAuthoredValue() or attribute.HasAuthoredConnections()):
             report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
@@ -69,10 +69,9 @@ def _input_names(prim: Usd.Prim) -> set[str]:
     return {name for definition in definitions for name in definition.GetPropertyNames() if name.startswith(_PREFIX)}
 
 
-def _old_names(prim: Usd.Prim) -> set[str]:
-    """Return the names without the prefix ``inputs:``, of files older than USD 21, which the schema now ignores."""
+def old_names(own: Usd.PrimDefinition) -> set[str]:
+    """Return a light's names without the prefix ``inputs:``, of files older than USD 21, which schemas now ignore."""
     registry = Usd.SchemaRegistry()
-    own = prim.GetPrimDefinition()
     definitions = [own, registry.FindConcretePrimDefinition(_COMMON_TYPE)]
     definitions += [registry.FindAppliedAPIPrimDefinition(name) for name in _COMMON_APIS]
     names = {name for definition in definitions for name in definition.GetPropertyNames()}

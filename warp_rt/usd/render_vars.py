@@ -17,7 +17,6 @@ from warp_rt.report import Report
 from warp_rt.scene import RenderVar
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.context import SHOWN
-from warp_rt.usd.misspelt import report_misspelt
 
 UNKNOWN_VAR = "W525"
 OTHER_TYPE = "N941"
@@ -58,7 +57,6 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
     if not prim or not prim.IsA(UsdRender.Var) or not SHOWN(prim):
         report.warn(UNKNOWN_VAR, path, "is named as a render var, but is no RenderVar that is active; left out")
         return None
-    report_misspelt(prim, report)
     schema = UsdRender.Var(prim)
     kind, name = str(schema.GetSourceTypeAttr().Get()), str(schema.GetSourceNameAttr().Get() or "")
     # Exporters that leave the name to the prim, or write the type in its place.

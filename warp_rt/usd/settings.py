@@ -22,7 +22,6 @@ from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bindings import BINDING_PURPOSES
 from warp_rt.usd.color_spaces import color_space
 from warp_rt.usd.context import SHOWN
-from warp_rt.usd.misspelt import report_misspelt
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.render_vars import read_render_var
 from warp_rt.usd.setting_values import (
@@ -164,7 +163,6 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
     source = stage_name(stage)
     if not prim or not prim.IsA(UsdRender.Pass):
         raise SceneError(f"{source}: {path} is no RenderPass")
-    report_misspelt(prim, report)
     targets = UsdRender.Pass(prim).GetRenderSourceRel().GetForwardedTargets()
     if not targets:
         raise SceneError(f"{source}: the render pass {path} names no renderSource")
@@ -226,8 +224,7 @@ class _Reader:
         self._report = report
 
     def report_unknown(self) -> None:
-        """Report settings that there are not: of ours, and of the schema's by another spelling."""
-        report_misspelt(self._prims[0], self._report)
+        """Report settings of ours that there are not."""
         for attribute in self._prims[0].GetAuthoredPropertiesInNamespace("warp_rt"):
             if attribute.GetName() not in _OWN_TERMS:
                 self._report.warn(IGNORED_SETTING, attribute.GetPath(), "there is no such setting; ignored")

@@ -14,6 +14,7 @@ from warp_rt.usd.authored import Authored, AuthoredReader
 from warp_rt.usd.context import COMPLEXITY
 from warp_rt.usd.questions import get_authored_property_names, get_property_names
 from warp_rt.usd.schemas import FOREIGN, PrimType, TypeReader
+from warp_rt.usd.unknown_names import unknown_properties, unknown_schemas
 
 RENDER_TYPES = ("RenderSettings", "RenderPass")
 SKINNING = ("primvars:skel:jointIndices", "skel:blendShapes")
@@ -38,6 +39,9 @@ class Traits:
     """Whether it is a PointInstancer."""
     is_ordinary: bool
     """Whether it has nothing that the walk heeds but a transform, geometry, bindings, primvars and children."""
+    unknown_properties: tuple[str, ...]
+    """Names that USD does not know; so too of schemas that are applied."""
+    unknown_schemas: tuple[str, ...]
 
 
 class TraitsReader:
@@ -77,4 +81,6 @@ def _traits(prim_type: PrimType, authored: Authored) -> Traits:
         and not (prim_type.schemas or prim_type.is_light or kind in _HEEDED_TYPES)
         and names.isdisjoint(_HEEDED_NAMES)
         and (prim_type.is_xformable or names.isdisjoint(FOREIGN)),
+        unknown_properties=unknown_properties(prim_type, names),
+        unknown_schemas=unknown_schemas(prim_type),
     )

@@ -50,6 +50,7 @@ from warp_rt.usd.stage import UNLOADED, report_missing_clips
 from warp_rt.usd.subsets import report_misplaced
 from warp_rt.usd.traits import RENDER_TYPES, SKINNING, Traits, TraitsReader
 from warp_rt.usd.transforms import TransformReader
+from warp_rt.usd.unknown_names import UnknownNameReporter
 from warp_rt.usd.unused_selections import report_not_looked_for, report_unused_selections
 from warp_rt.usd.visibility import is_invisible
 
@@ -114,6 +115,7 @@ class StageWalk:
         self._skins = SkinReader(time, report)
         self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
         self._traits = TraitsReader()
+        self._unknown = UnknownNameReporter(report)
         self._nesting = 0
         self._visited = 0
         self._asks_all = True
@@ -121,7 +123,9 @@ class StageWalk:
     def walk(self) -> GroupBuilder:
         """Return all that the stage draws, in world space."""
         context = Context(np.eye(4), path_length=0, tail_start=0, predicate=SHOWN)
-        return self._walk_group(self._stage.GetPseudoRoot().GetFilteredChildren(SHOWN), context)
+        group = self._walk_group(self._stage.GetPseudoRoot().GetFilteredChildren(SHOWN), context)
+        self._unknown.finish()
+        return group
 
     def _walk_group(self, roots: Sequence[Usd.Prim], context: Context) -> GroupBuilder:
         builder = GroupBuilder(self._limits.instances)
@@ -183,6 +187,8 @@ class StageWalk:
             report_not_looked_for(prim, ASKED_FOR_SELECTIONS, self._report)
         has_own_clips = has_authored_metadata(prim, "clips")
         traits = self._traits.read(prim, above.has_clips or has_own_clips)
+        if traits.unknown_properties or traits.unknown_schemas:
+            self._unknown.add(prim, traits.type, traits.unknown_properties, traits.unknown_schemas)
         is_ordinary = (
             traits.is_ordinary
             and not (may_be_unusual or above.is_skinned)
