@@ -135,7 +135,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W112": (mesh("float[] primvars:a.connect = </m.primvars:b>"), {"/m.primvars:a"}),
     "W113": (mesh("int[] holeIndices = [4]"), {"/m"}),
-    "W114": ('def Sphere "s" { token axis = "W" }', {"/s"}),
+    "W114": ('def Cylinder "s" { token axis = "W" }', {"/s"}),
     "W115": (mesh("int[] cornerIndices = [0]", QUAD.replace('"none"', '"catmullClark"')), {"/m"}),
     "W116": (mesh("", QUAD.replace('"none"', '"loop"')), {"/m"}),
     "W117": (f'def BasisCurves "c" {{ {STRAND}\nint[] curveVertexCounts = [3]\n}}', {"/c"}),
@@ -170,7 +170,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     ),
     "W133": (
         'def Xform "x" (prepend apiSchemas = ["LODRootAPI"]) {\nrel lod:heuristics = </r>\n'
-        'rel lod:levels = [</x/a>]\ndef Sphere "a" {}\n}\n'
+        'def Sphere "a" {}\n}\n'
         'def LODDistanceHeuristic "r" {\nuniform token lod:domain = "imaging"\n}',
         {"/x"},
     ),
@@ -268,7 +268,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
     "W415": (light("SphereLight", "float inputs:shaping:cone:softness = 2", '"ShapingAPI"'), {"/l"}),
     "W416": (
         light("SphereLight", "float inputs:intensity.connect = </x.inputs:i>")
-        + 'def Xform "x" { float inputs:i = 1\n}',
+        + 'def NodeGraph "x" { float inputs:i = 1\n}',
         {"/l.inputs:intensity"},
     ),
     "N918": (
@@ -313,6 +313,8 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         ),
         {"/V"},
     ),
+    "N942": ('def Sphere "s" { double radus = 2 }', {"/s"}),
+    "N943": ('def Sphere "s" (prepend apiSchemas = ["OthersAPI"]) { int others:quality = 2 }', {"/s"}),
     "W525": (
         settings(
             "rel products = </P>",

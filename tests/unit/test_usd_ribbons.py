@@ -189,11 +189,16 @@ def test_primvars_and_widths_along_ribbons() -> None:
     np.testing.assert_allclose(mesh.normals.values[mesh.normals.indices][:, 0, 2], sign, atol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["NurbsCurves", "HermiteCurves"])
-def test_other_curves_are_ribbons_too(kind: str) -> None:
-    body = """point3f[] points = [(0, 0, 0), (1, 1, 0), (3, 0, 0), (4, 0, 0)]\nint[] curveVertexCounts = [4]
-        int[] order = [3]\ndouble[] knots = [0, 0, 0, 1, 2, 2, 2]
-        vector3f[] tangents = [(1, 1, 0), (1, 0, 0), (1, 0, 0), (1, 0, 0)]
+@pytest.mark.parametrize(
+    ("kind", "own"),
+    [
+        ("NurbsCurves", "int[] order = [3]\ndouble[] knots = [0, 0, 0, 1, 2, 2, 2]"),
+        ("HermiteCurves", "vector3f[] tangents = [(1, 1, 0), (1, 0, 0), (1, 0, 0), (1, 0, 0)]"),
+    ],
+)
+def test_other_curves_are_ribbons_too(kind: str, own: str) -> None:
+    body = f"""point3f[] points = [(0, 0, 0), (1, 1, 0), (3, 0, 0), (4, 0, 0)]\nint[] curveVertexCounts = [4]
+        {own}
         float[] widths = [0.1]\nnormal3f[] normals = [(0, 0, 1)] (interpolation = "constant")"""
     scene = load(body, kind)
     assert codes(scene) == set()
