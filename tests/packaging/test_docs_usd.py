@@ -304,7 +304,6 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         settings("rel products = </P>", 'def RenderProduct "P" { uniform token productType = "deepRaster" }'),
         {"/P"},
     ),
-    "N942": ('def Camera "c" { float fstop = 8 }', {"/c"}),
     "N941": (
         settings(
             "rel products = </P>",

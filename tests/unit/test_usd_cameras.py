@@ -210,14 +210,6 @@ def test_an_exposure_without_end_is_named(body):
     assert (camera.exposure_scale, codes) == (1, ["W424"])
 
 
-@pytest.mark.parametrize(
-    ("name", "is_told"),
-    [("fstop", True), ("shutterOpen", True), ("focal_length", True), ("fStopper", False), ("my:fStop", False)],
-)
-def test_properties_by_another_spelling_are_told(name, is_told):
-    assert _read(f"float {name} = 3")[1] == (["N942"] if is_told else [])
-
-
 def test_back_plates_are_named():
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString('#usda 1.0\ndef Camera "C" (prepend apiSchemas = ["BackPlateAPI:p"]) {\n}')

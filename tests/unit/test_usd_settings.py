@@ -153,12 +153,6 @@ def test_products_override_what_they_author():
     assert (second.settings.data_window, second.settings.disables_motion_blur) == ((0, 0, 1, 1), False)
 
 
-def test_settings_by_another_spelling_are_told():
-    product = 'def RenderProduct "P" {\nrel ordered_vars = </v>\nrel orderedVars = </v>\ntoken ProductName = "a"\n}'
-    variable = 'def RenderVar "v" {\nstring source_name = "N"\nuniform string sourceName = "P"\nfloat driver:x = 1\n}'
-    assert _products("rel products = </P>\nuniform int2 Resolution = (3, 4)", product, variable)[1] == ["N942"] * 4
-
-
 def test_a_product_has_the_resolution_of_its_schema_where_none_is_authored():
     """Pictures that the command asks for are as wide as it says."""
     products = 'def RenderProduct "P" {\n}\ndef RenderProduct "Q" {\nuniform int2 resolution = (8, 4)\n}'

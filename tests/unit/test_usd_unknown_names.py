@@ -44,6 +44,24 @@ def test_a_property_that_no_schema_of_the_prim_has_is_told(body: str, name: str,
     assert told(mesh(body)) == [("N942", "/m", f"a Mesh has no {name}{hint}; ignored")]
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "meant"),
+    [
+        ("Camera", "fstop", "fStop"),
+        ("Camera", "shutterOpen", "shutter:open"),
+        ("Camera", "focal_length", "focalLength"),
+        ("RenderSettings", "Resolution", "resolution"),
+        ("RenderProduct", "ordered_vars", "orderedVars"),
+        ("RenderVar", "source_name", "sourceName"),
+        ("PointInstancer", "invisbleIds", "invisibleIds"),
+    ],
+)
+def test_other_spellings_are_told_with_what_was_meant(kind: str, name: str, meant: str) -> None:
+    (note,) = told(f'def {kind} "p" {{ int {name} = 1 }}')
+    assert note[:2] == ("N942", "/p")
+    assert f"{name} (did you mean {meant}" in note[2]
+
+
 def test_it_is_told_once_of_each_type_and_of_all_of_a_prim_together() -> None:
     body = "int foo = 1\nint bar = 2"
     found = told(mesh(body, "a") + mesh(body, "b") + f'def Camera "c" {{ {body}\n}}\ndef "d" {{ int foo = 1 }}\n')
@@ -59,6 +77,13 @@ def test_names_of_other_programs_are_told_once_of_a_stage() -> None:
     body += 'def Camera "c" (prepend apiSchemas = ["HoudiniCameraPlateAPI", "ManyAPI:one"]) { int arnold:fov = 60 }\n'
     (note,) = told(body)
     assert note == ("N943", "/a", "not read, here or elsewhere: HoudiniCameraPlateAPI, ManyAPI, arnold:*, houdini:*")
+
+
+def test_of_what_hosts_say_of_a_layer_its_name_alone_is_read() -> None:
+    name = 'def RenderVar "v" { string driver:parameters:aov:name = "beauty"'
+    assert told(name + "}") == []
+    (note,) = told(name + '\ntoken driver:parameters:aov:format = "half4" }')
+    assert note == ("N943", "/v", "not read, here or elsewhere: driver:* but driver:parameters:aov:name")
 
 
 def test_many_names_of_one_namespace_are_taken_for_another_programs() -> None:

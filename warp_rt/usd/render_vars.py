@@ -43,7 +43,7 @@ _WHOLE = re.compile(r"GfVec(\d)i|(?:unsigned )?(?:int|long)")
 _FLOATS = re.compile(r"GfVec(\d)[fdh]|float|double|pxr_half::half")
 # Light path expressions of all light that reaches the camera by any way.
 _ALL_LIGHT = re.compile(r"(?:lpe:)?C(?:<?\.>?)?\*(?:\[<?L\.>?O\]|\[LO\]|L|O)?|(?:lpe:)?beauty")
-_LAYER = "driver:parameters:aov:name"  # what hosts call the layer, where not as the prim
+LAYER_NAME = "driver:parameters:aov:name"  # what hosts call the layer, where not as the prim
 
 
 def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar | None:
@@ -65,7 +65,7 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
     if aov is None:
         report.warn(UNKNOWN_VAR, prim.GetPath(), f"there is no {kind} variable {shown(name)}; left out")
         return None
-    layer = prim.GetAttribute(_LAYER).Get() if prim.HasAttribute(_LAYER) else None
+    layer = prim.GetAttribute(LAYER_NAME).Get() if prim.HasAttribute(LAYER_NAME) else None
     data_type = schema.GetDataTypeAttr()
     asked = str(data_type.Get())
     if data_type.HasAuthoredValue() and not _is_type_of(asked, aov):

@@ -15,6 +15,7 @@ from pxr import Tf, Usd
 from warp_rt.near_matches import near_matches
 from warp_rt.report import Report
 from warp_rt.usd.light_omissions import old_names
+from warp_rt.usd.render_vars import LAYER_NAME
 from warp_rt.usd.schemas import FOREIGN, PrimType
 
 NO_SUCH_PROPERTY = "N942"
@@ -31,6 +32,7 @@ _NETWORK = re.compile("inputs:|outputs:|info:")
 _OF_TYPE = {
     "RenderSettings": re.compile("warp_rt:"),  # told by a code of their own
     "BlendShape": re.compile("inbetweens:"),
+    "RenderVar": re.compile(f"{LAYER_NAME}$"),
 }
 _INSTANCE = "__INSTANCE_NAME__"
 _LEAST_LIKENESS = 0.85  # of a namespace and one of USD's that it misspells: one slip in seven letters
@@ -86,7 +88,7 @@ class UnknownNameReporter:
             space, colon, _ = name.partition(":")
             is_close = bool(difflib.get_close_matches(space, _namespaces(), 1, _LEAST_LIKENESS))
             if colon and (not is_close or spaces[space] > _MOST_OF_NAMESPACE):
-                self._keep(prim, f"{space}:*")
+                self._keep(prim, f"{space}:*" + (f" but {LAYER_NAME}" if LAYER_NAME.startswith(f"{space}:") else ""))
             elif (name, prim_type.name) not in self._told:
                 self._told.add((name, prim_type.name))
                 words.append(name + _meant(name, known))
