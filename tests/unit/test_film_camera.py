@@ -72,6 +72,17 @@ def test_no_lens_costs_a_row(apertures: tuple, height: int, focal_length: float)
     assert image_size(read, RenderOptions(width=960), Settings()) == (960, height)
 
 
+def test_aspect_ratios_without_measure() -> None:
+    """Near to 0 they count as 1, as in usdrecord; a side that would be too long is named with the camera."""
+    for window, size in (((0, 1e-6, 0, 1), (960, 960)), ((0, 1e30, 0, 1e-30), (960, 1)), ((0, 0, 0, 0), (960, 960))):
+        assert image_size(camera(window=window), RenderOptions(), Settings()) == size
+    narrow = camera(window=(0, 0.01, 0, 1))
+    with pytest.raises(SceneError, match=r"/cam: its aspect ratio, 0\.01, makes a picture of 960 x 96000 pixels"):
+        image_size(narrow, RenderOptions(), Settings())
+    with pytest.raises(SceneError, match=r"/S: its aspect ratio, 2, makes a picture of 120000 x 60000 pixels"):
+        image_size(narrow, RenderOptions(height=60000), Settings(path="/S", resolution=(20, 10)))
+
+
 @pytest.mark.parametrize("resolution", [(2048, 1080), (1998, 1080), (4096, 1716)])
 def test_parts_of_a_resolution_are_exact(resolution: tuple) -> None:
     for part in (1, 2, 3, 4, 6, 12):

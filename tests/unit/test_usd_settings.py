@@ -87,8 +87,14 @@ def test_a_path_is_taken_before_the_metadata():
 
 def test_samples_stand_for_a_default_that_is_not_authored():
     body = "uniform int2 resolution.timeSamples = { 1: (30, 40), 2: (50, 60) }"
-    assert _read(body)[0].resolution == (30, 40)
-    assert _read(f"{body}\nuniform int2 resolution = (10, 20)")[0].resolution == (10, 20)
+    one = "uniform int2 resolution.timeSamples = { 1: (30, 40) }"
+    for text, resolution, codes in (
+        (one, (30, 40), []),
+        (body, (30, 40), ["W523"]),  # settings are uniform: they hold for all frames
+        (f"{body}\nuniform int2 resolution = (10, 20)", (10, 20), ["W523"]),
+    ):
+        found, _, told = _read(text)
+        assert (found.resolution, told) == (resolution, codes)
 
 
 def test_metadata_that_lead_nowhere_are_named():
@@ -146,7 +152,7 @@ def test_products_override_what_they_author():
     )
     first, second = products
     assert codes == []
-    assert (first.path, first.name, first.variables) == ("/A", "a.exr", ())
+    assert (first.path, first.settings.path, first.name, first.variables) == ("/A", "/A", "a.exr", ())
     assert (first.settings.resolution, first.settings.camera) == ((8, 4), "/Cam")
     assert (first.settings.data_window, first.settings.disables_motion_blur) == ((0, 0, 0.5, 1), True)
     assert (second.name, second.settings.resolution) == ("", (64, 48))

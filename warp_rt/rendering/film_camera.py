@@ -13,11 +13,12 @@ import warp as wp
 from warp_rt.errors import SceneError
 from warp_rt.kernels import frame_structs
 from warp_rt.near_matches import near_matches
-from warp_rt.options import DEFAULT_WIDTH, RenderOptions
+from warp_rt.options import DEFAULT_WIDTH, MAX_SIZE, RenderOptions
 from warp_rt.rendering.film_buffers import Rectangle
 from warp_rt.rendering.framing import frame_scene
 from warp_rt.scene import Camera, Scene, Settings
 
+_LEAST_RATIO, _GREATEST_RATIO = 1e-4, 1e30
 MAIN_CAMERA = "main_cam"  # UsdUtils.GetPrimaryCameraName()
 # Corners of a box's faces, one way round as seen from outside; bit k of a corner's number is its end along axis k.
 _FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
@@ -62,6 +63,9 @@ def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tu
     Sides that the options name are kept. Where they name none, the render settings' resolution; else 960 wide. A side
     that nobody names follows from the aspect ratio of that resolution, else of the camera; heights are truncated, as
     usdrecord does.
+
+    Raises:
+        SceneError: A side that nobody names would be too long.
     """
     if options.width is not None and options.height is not None:
         return options.width, options.height
@@ -69,19 +73,25 @@ def image_size(camera: Camera, options: RenderOptions, settings: Settings) -> tu
         return settings.resolution
     across, down = settings.resolution or (_aspect_ratio(camera), np.float32(1))
     if options.height is not None:
-        return max(round(options.height * across / down), 1), options.height
-    width = options.width or DEFAULT_WIDTH
-    return width, max(int(width * down / across), 1)
+        width, height = max(round(options.height * across / down), 1), options.height
+    else:
+        width = options.width or DEFAULT_WIDTH
+        height = max(int(width * down / across), 1)
+    if max(width, height) > MAX_SIZE:
+        why = f"its aspect ratio, {across / down:g}, makes a picture of {width} x {height} pixels"
+        raise SceneError(f"{settings.path if settings.resolution else camera.path}: {why}, above {MAX_SIZE} a side")
+    return width, height
 
 
 def _aspect_ratio(camera: Camera) -> np.float32:
     """Return a camera's aspect ratio in single precision, as GfCamera has it.
 
     The window's rounding, which depends on the focal length, is below it, and would cost pictures a row now and then.
+    One near to 0 counts as 1, as in usdrecord.
     """
     left, right, bottom, top = camera.window
-    aspect = np.float32((right - left) / (top - bottom)) if top != bottom else np.float32(0)
-    return aspect if aspect > 0 else np.float32(1)
+    aspect = (right - left) / (top - bottom) if top != bottom else 0.0
+    return np.float32(min(aspect, _GREATEST_RATIO) if aspect > _LEAST_RATIO else 1.0)
 
 
 def conform_window(

@@ -12,6 +12,7 @@ class Settings:
     """What the stage's RenderSettings ask for; None where they say nothing."""
 
     path: str = ""
+    """Of the RenderSettings, or of the RenderProduct whose settings they are."""
     resolution: tuple[int, int] | None = None
     data_window: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
     """Part of the picture that is made: left, bottom, right, top, as shares of its sides from the bottom left."""

@@ -100,7 +100,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
             Product(
                 str(product.GetPath()),
                 _name_at(product, Usd.TimeCode.Default()),
-                replace(said, resolution=said.resolution or _RESOLUTION),
+                replace(said, path=str(product.GetPath()), resolution=said.resolution or _RESOLUTION),
                 tuple(variable for variable in variables if variable is not None),
                 tuple((time, _name_at(product, time)) for time in product.GetAttribute(_NAME).GetTimeSamples()),
             )
@@ -326,6 +326,9 @@ class _Reader:
             value = steady_value(attribute) if attribute.HasAuthoredValue() else None
             if value is None:
                 continue
+            if attribute.ValueMightBeTimeVarying():
+                message = f"{name}: has time samples, but settings hold for all frames; {shown(value)} counts"
+                self._report.warn(INVALID_SETTING, prim.GetPath(), message)
             try:
                 return meaning(value)
             except ValueError as error:
