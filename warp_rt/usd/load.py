@@ -8,17 +8,17 @@ import gc
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Tf, Usd
 
 from warp_rt.errors import LimitError, SceneError
 from warp_rt.report import Report
-from warp_rt.scene import Camera, Dome, Instances, Light, Material, Scene, local_boxes
-from warp_rt.scene.instance_transforms import choose
+from warp_rt.scene import Camera, Dome, Instances, Light, Material, Mesh, Scene, Shapes
 from warp_rt.usd.cameras import read_camera, report_hidden, report_unexposed
 from warp_rt.usd.draw_modes import StandInReader
+from warp_rt.usd.drawable import drawable_instances
 from warp_rt.usd.gprims import GprimReader, Gprims
 from warp_rt.usd.ies import ProfileCache
 from warp_rt.usd.image_cache import KeptImages
@@ -30,7 +30,6 @@ from warp_rt.usd.mesh_lights import MeshLightReader
 from warp_rt.usd.missing_primvars import report_missing_primvars
 from warp_rt.usd.motion import without_idle_shutters
 from warp_rt.usd.placement import Group, PlacedPrim
-from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.render_pass import PassCollections, without_unused
 from warp_rt.usd.rendering_space import RenderingSpace
 from warp_rt.usd.settings import RenderTerms, read_settings, report_missing_camera, report_unused, settings_of_pass
@@ -45,16 +44,12 @@ from warp_rt.usd.stage import (
     stage_time,
     stage_up_axis,
 )
-from warp_rt.usd.transforms import BAD_TRANSFORM, is_regular
 from warp_rt.usd.walk import StageWalk
 
 # usdrecord's: a render product's own purposes, {default, render}, count only where they are authored.
 DEFAULT_PURPOSES = ("default", "proxy")
 UNREADABLE = "W420"
 NOTHING_DRAWN = "N905"
-
-_BLOCK = 1 << 14  # instances at a time: what is computed on the way takes little memory
-_LEAST_SIZE = 1e-12  # world space; products of three coordinates leave float32's range below
 
 
 @contextmanager
@@ -137,23 +132,15 @@ def load_stage(
         placed = walk.walk()
         gprims = reader.read()
         group = placed.build(gprims).unblocked()
-        instances = _instances(group, gprims, report)
+        instances = drawable_instances(group, gprims, report)
         reader.report_unreached(instances, gprims.prims)
-        linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
-        placed_lights = group.lights
         collections = None if pass_path is None else PassCollections(stage.GetPrimAtPath(pass_path), report)
-        meshes = gprims.meshes
-        if len(instances) < len(group):  # a mesh too large to be placed is too large to be uploaded
-            meshes, instances = without_unused(meshes, instances)
-        if collections is not None:
-            meshes, instances = without_unused(meshes, collections.geometry(instances, linking))
-            linking = LinkReader(stage, instances, gprims.prims, gprims.tail_starts, group.names, report)
-            placed_lights = collections.lights(placed_lights)
+        part = _part(stage, group, gprims, instances, collections, report)
         shining = MeshLightReader(
-            meshes, instances, gprims.prims, materials.materials, materials.textures, materials.images
+            part.meshes, part.instances, gprims.prims, materials.materials, materials.textures, materials.images
         )
         from_rec709 = terms.rendering_from_rec709
-        lights, domes = _read_lights(placed_lights, materials, linking, shining, base, report, from_rec709)
+        lights, domes = _read_lights(part, materials, shining, base, report, from_rec709)
         instances, surfaces = shining.surfaces()
         if collections is not None:
             lights, domes = collections.seen(lights), collections.seen(domes)
@@ -168,7 +155,7 @@ def load_stage(
             report.warn(NOTHING_DRAWN, stage_name(stage), message)
         up_axis, meters_per_unit = stage_up_axis(stage, report), stage_meters_per_unit(stage, report)
     scene = Scene(
-        meshes=meshes,
+        meshes=part.meshes,
         instances=instances,
         prims=gprims.prims,
         instance_paths=group.names,
@@ -206,6 +193,36 @@ def _opened(
     return open_stage(path_or_stage, mask, session_layer), os.fspath(path_or_stage)
 
 
+@dataclass(frozen=True)
+class _Part:
+    """What of a stage's geometry and lights takes part: all that can be drawn, or what of it a pass renders."""
+
+    meshes: tuple[Mesh | Shapes, ...]
+    instances: Instances
+    lights: Sequence[PlacedPrim]
+    links: LinkReader
+    """Of the instances."""
+
+
+def _part(
+    stage: Usd.Stage,
+    group: Group,
+    gprims: Gprims,
+    instances: Instances,
+    collections: PassCollections | None,
+    report: Report,
+) -> _Part:
+    def links_of(placed: Instances) -> LinkReader:
+        return LinkReader(stage, placed, gprims.prims, gprims.tail_starts, group.names, report)
+
+    meshes, lights = gprims.meshes, group.lights
+    if collections is not None:
+        instances, lights = collections.geometry(instances, links_of(instances)), collections.lights(lights)
+    if collections is not None or len(instances) < len(group):  # what is too large to be placed cannot be uploaded
+        meshes, instances = without_unused(meshes, instances)
+    return _Part(meshes, instances, lights, links_of(instances))
+
+
 @contextmanager
 def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[None]:
     """Name the stage that is refused: beyond a limit, or its names or tokens no text, which Python cannot be given."""
@@ -239,58 +256,9 @@ def _has_program(material: Material) -> bool:
     return any(source.program is not None for source in material.inputs.values())
 
 
-def _instances(group: Group, gprims: Gprims, report: Report) -> Instances:
-    """Return the rows that can be drawn."""
-    drawable = _drawable(group, gprims, report)
-    kept = drawable if len(drawable) < len(group) else slice(None)  # all: without a copy
-    gprim = group.gprim[kept]
-    sets = gprims.material_sets
-    offsets = np.cumsum([0] + [len(materials) for materials in sets], dtype=np.int32)[:-1]
-    return Instances(
-        mesh=_held_once(gprims.mesh[gprim]),
-        world_from_local=group.matrix if len(drawable) == len(group) else choose(group.matrix, drawable),
-        material_offset=_held_once(offsets[gprims.materials[gprim]]),
-        material_table=np.array([row for materials in sets for row in materials], np.int32),
-        prim=_held_once(gprims.prim[gprim]),
-        instance_id=group.name[kept],
-        primvars={name: values[kept] for name, values in group.values.items()},
-    )
-
-
-def _held_once(rows: np.ndarray) -> np.ndarray:
-    """Return rows; where a great many are the same, as of an instancer with one prototype, that one is held once."""
-    is_one = len(rows) > _BLOCK and bool((rows == rows[0]).all())
-    return np.broadcast_to(rows[:1].copy(), rows.shape) if is_one else rows
-
-
-def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
-    """Return the rows whose transform, with all above it, is invertible and leaves a size that float32 has room for."""
-    boxes = local_boxes(gprims.meshes)
-    reach = np.nan_to_num(np.abs(boxes).max(axis=(1, 2)))
-    size = np.nan_to_num((boxes[:, 1] - boxes[:, 0]).max(axis=1))  # 0: points at one place, which are no scale's fault
-    mesh = gprims.mesh[group.gprim]
-    is_small, is_good = np.empty((2, len(group)), bool)
-    with np.errstate(over="ignore", invalid="ignore"):
-        for start in range(0, len(group), _BLOCK):
-            rows = slice(start, start + _BLOCK)
-            matrices, own = group.matrix[rows], mesh[rows]
-            scale, offset = np.abs(matrices[:, :3, :3]).sum(axis=(1, 2)), np.abs(matrices[:, :3, 3]).sum(axis=1)
-            is_small[rows] = (scale * size[own] < _LEAST_SIZE) & (size[own] > 0)
-            is_good[rows] = is_regular(matrices) & (scale * reach[own] + offset <= MAX_COORDINATE)
-    for left_out, why in (
-        (~is_good, f"singular, or beyond {MAX_COORDINATE:g} with their transform"),
-        (is_good & is_small, f"smaller than {_LEAST_SIZE:g}"),
-    ):
-        prims = gprims.prim[group.gprim[left_out]]
-        for prim, count in zip(*np.unique(prims, return_counts=True), strict=True):
-            report.warn(BAD_TRANSFORM, gprims.prims[prim], f"{count} instances left out: {why}")
-    return np.flatnonzero(is_good & ~is_small)
-
-
 def _read_lights(
-    placed_lights: Sequence[PlacedPrim],
+    part: _Part,
     materials: MaterialReader,
-    linking: LinkReader,
     shining: MeshLightReader,
     time: Usd.TimeCode,
     report: Report,
@@ -299,10 +267,12 @@ def _read_lights(
     profiles = ProfileCache(report)
     lights: list[Light] = []
     domes: list[Dome] = []
-    for placed in placed_lights:
+    for placed in part.lights:
         try:
             found = read_lights(placed.prim, placed.matrix, time, report, materials, profiles, shining, from_rec709)
-            receivers, casters = (linking.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink"))
+            receivers, casters = (
+                part.links.read(placed.prim, placed.path, name) for name in ("lightLink", "shadowLink")
+            )
         except Tf.ErrorException as error:
             report.warn(UNREADABLE, placed.path, f"light left out: {error_text(error)}")
             continue
