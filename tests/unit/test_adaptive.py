@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pxr import Usd
@@ -12,7 +14,7 @@ import warp_rt
 from warp_rt.api import open_scene
 from warp_rt.options import RenderOptions
 from warp_rt.rendering.adaptive import EDGE_PIXELS, MAX_LEVEL, AdaptiveSource, refinement_levels
-from warp_rt.scene import Scene
+from warp_rt.scene import Scene, Settings
 
 # A square of side 1 that faces an orthographic camera 10 units wide, or a perspective one from DISTANCE.
 STAGE = """
@@ -67,6 +69,32 @@ def test_what_is_nearer_is_finer(distance: float, level: int) -> None:
     assert levels("eye", 400, distance=distance).get("/m", 0) == level
     if 1 < distance < 200:
         assert level == np.ceil(np.log2(400 * np.sqrt(2) / (2 * distance) / EDGE_PIXELS))
+
+
+@pytest.mark.parametrize("scale", [(8.0, 8.0, 8.0), (0.125, 0.125, 0.125), (1.0, 1.0, 8.0)])
+@pytest.mark.parametrize("name", ["flat", "eye"])
+def test_a_scale_of_the_camera_counts_as_it_shows(name: str, scale: tuple[float, float, float]) -> None:
+    """Scales stretch an orthographic window, and move a perspective one away; as much of all axes changes nothing."""
+    scene = warp_rt.load_scene(stage_of())
+    seen = next(camera for camera in scene.cameras if camera.path == f"/{name}")
+    scaled = dataclasses.replace(seen, world_from_camera=seen.world_from_camera @ np.diag([*scale, 1.0]))
+    # A unit of the world at the square, in pixels of the picture: between the projections of two points.
+    ends = np.linalg.inv(scaled.world_from_camera) @ np.array([[0, 1], [0, 0], [0, 0], [1, 1]], float)
+    x = ends[0] / -ends[2] if scaled.is_perspective else ends[0]
+    left, right, _, _ = scaled.window
+    longest = np.sqrt(2) * abs(x[1] - x[0]) / (right - left) * 400
+    expected = min(max(int(np.ceil(np.log2(longest / EDGE_PIXELS))), 0), MAX_LEVEL)
+    assert refinement_levels(scene, scaled, RenderOptions(width=400)).get("/m", 0) == expected
+
+
+def test_pixels_that_are_not_square_count_by_their_short_side() -> None:
+    scene = warp_rt.load_scene(stage_of())
+    sizes = {"width": 100, "height": 400}
+    for aspect in (1.0, 4.0):  # with the latter, they are 4 times as wide as high
+        settings = Settings(pixel_aspect_ratio=aspect, aspect_policy="adjustApertureWidth")
+        wide = dataclasses.replace(scene, settings=settings)
+        # 10 units high, 400 pixels: the diagonal has 40 sqrt(2) of them.
+        assert refinement_levels(wide, "flat", RenderOptions(**sizes)).get("/m", 0) == 4
 
 
 def test_the_nearest_copy_counts() -> None:

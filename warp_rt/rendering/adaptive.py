@@ -14,7 +14,7 @@ import numpy as np
 
 from warp_rt.options import RenderOptions
 from warp_rt.rendering.film_camera import choose_camera, frame_camera, image_size, picture_window
-from warp_rt.scene import Camera, Mesh, Product, Scene, local_bounds
+from warp_rt.scene import Camera, Mesh, Product, Scene, Settings, local_bounds
 from warp_rt.scene.source import RefinableSource
 
 EDGE_PIXELS = 4.0
@@ -69,9 +69,7 @@ def refinement_levels(scene: Scene, camera: str | Camera | None, options: Render
         options: Of the picture.
     """
     eye = camera if isinstance(camera, Camera) else choose_camera(scene, camera) or frame_camera(scene, options)
-    width, height = image_size(eye, options, scene.settings)
-    left, right, _, _ = picture_window(eye, width, height, scene.settings)
-    pixels = width / abs(right - left)
+    pixels = _pixel_density(eye, image_size(eye, options, scene.settings), scene.settings)
     position = eye.world_from_camera[:3, 3]
     nearest: dict[int, tuple[float, int]] = {}
     bounds = [local_bounds(mesh) if isinstance(mesh, Mesh) else None for mesh in scene.meshes]
@@ -94,6 +92,22 @@ def refinement_levels(scene: Scene, camera: str | Camera | None, options: Render
             budget = int(math.log(max(MAX_TRIANGLES / len(mesh.triangles), 1.0), 4))
             levels[scene.prims[prim]] = min(level, budget, MAX_LEVEL)
     return {path: level for path, level in levels.items() if level > 0}
+
+
+def _pixel_density(eye: Camera, size: tuple[int, int], settings: Settings) -> float:
+    """Return how many pixels a unit of the world takes, in a perspective at distance 1, where they are closest.
+
+    Args:
+        eye: With whatever scale and shear it has.
+        size: Width and height of the picture [pixel].
+        settings: How the camera's window is fitted.
+    """
+    left, right, bottom, top = picture_window(eye, *size, settings)
+    x_axis, y_axis, z_axis = eye.world_from_camera[:3, :3].T
+    sides = abs(right - left) * np.linalg.norm(x_axis), abs(top - bottom) * np.linalg.norm(y_axis)
+    upright = np.cross(x_axis, y_axis)
+    distance = abs(upright @ z_axis) / np.linalg.norm(upright) if eye.is_perspective else 1.0  # of the window
+    return float(max(size[0] / sides[0], size[1] / sides[1]) * distance)
 
 
 def _longest_edge(mesh: Mesh, world_from_local: np.ndarray, eye: Camera) -> float:
