@@ -343,6 +343,75 @@ def test_constants_of_an_instancer_are_applied_at_the_root_of_instances_wherever
         assert given.tolist() == [color, color]
 
 
+@pytest.mark.parametrize(
+    ("shelf", "above"),
+    [
+        ("color3f[] primvars:displayColor = [(0, 1, 0)]", "color3f[] primvars:displayColor = [(0, 0, 1)]"),
+        ("color3f[] primvars:displayColor = [(0, 1, 0)]", ""),
+        ("", "color3f[] primvars:displayColor = [(0, 0, 1)]"),
+        (
+            'color3f[] primvars:displayColor = [(0, 1, 0)] (interpolation = "vertex")',
+            "color3f[] primvars:displayColor = [(0, 0, 1)]",
+        ),
+    ],
+)
+def test_what_stands_between_an_instancer_and_its_prototype_hands_down_as_namespace_does(
+    shelf: str, above: str
+) -> None:
+    stage = stage_of(
+        f"""
+        def Xform "W" {{
+            {above}
+            def PointInstancer "I" {{
+                rel prototypes = </W/I/shelf/m>
+                int[] protoIndices = [0]
+                point3f[] positions = [(1, 0, 0)]
+                def Scope "shelf" {{
+                    {shelf}
+                    def Mesh "m" {{ {TRIANGLE} }}
+                }}
+            }}
+        }}
+        """
+    )
+    found = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/W/I/shelf/m")).FindPrimvarWithInheritance("displayColor")
+    given = load_stage(stage).instances.primvars.get("displayColor", np.full((1, 3), np.nan))
+    np.testing.assert_array_equal(given, found.Get() if found else [[np.nan] * 3])
+
+
+@pytest.mark.parametrize("outer", ["native", "instancer"])
+def test_prototypes_that_stand_elsewhere_inherit_nothing_from_where_they_are_repeated(outer: str) -> None:
+    """As without anything around the instancer: USD's inheritance goes by namespace alone."""
+    inner = """
+        rel prototypes = </P>
+        int[] protoIndices = [0]
+        point3f[] positions = [(1, 0, 0)]
+    """
+    around = {
+        "native": 'def Xform "a" (instanceable = true\n references = </Asset>) {}',
+        "instancer": """def PointInstancer "a" {
+            rel prototypes = </W/a/p>
+            int[] protoIndices = [0]
+            point3f[] positions = [(1, 0, 0)]
+            def PointInstancer "p" (references = </Asset/I>) {}
+        }""",
+    }
+    scene = load(
+        f"""
+        class Xform "Asset" {{
+            def PointInstancer "I" {{ {inner} }}
+        }}
+        def Xform "W" {{
+            color3f[] primvars:displayColor = [(0, 0, 1)]
+            {around[outer]}
+        }}
+        class Mesh "P" {{ {TRIANGLE} }}
+        """
+    )
+    assert len(scene.instances) == 1
+    assert np.isnan(scene.instances.primvars.get("displayColor", np.full((1, 3), np.nan))).all()
+
+
 def test_several_uniform_values_of_an_instancer_are_no_values_by_instance() -> None:
     scene = load(
         f"""def PointInstancer "I" {{

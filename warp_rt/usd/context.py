@@ -153,16 +153,22 @@ def hand_down(
         if bindings is not here.bindings:
             here = here._replace(bindings=bindings)
     if authored.primvars and has_heirs:
-        report_connected_constants(prim, report)
-        primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
-        hidden = _hidden_names(prim, authored) if here.path_length else ()
-        if primvars is not here.primvars or hidden:
-            blocked = {name: value for name, value in here.constants.items() if value is BLOCKED}
-            blocked |= dict.fromkeys(hidden, BLOCKED)
-            constants = {**blocked, **inherited_constants(primvars, time, report)}
-            here = here._replace(primvars=primvars, constants=constants)
-        if WIDTHS in authored.names and UsdGeom.Primvar(prim.GetAttribute(WIDTHS)).HasAuthoredValue():
-            here = here._replace(width=handed_width(here.constants))  # one that is not constant hides those above
+        here = hand_down_primvars(prim, here, authored, time, report)
+    return here
+
+
+def hand_down_primvars(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeCode, report: Report) -> Context:
+    """Return the context with the primvars that a prim hands on; arguments as ``hand_down``."""
+    report_connected_constants(prim, report)
+    primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
+    hidden = _hidden_names(prim, authored) if here.path_length else ()
+    if primvars is not here.primvars or hidden:
+        blocked = {name: value for name, value in here.constants.items() if value is BLOCKED}
+        blocked |= dict.fromkeys(hidden, BLOCKED)
+        constants = {**blocked, **inherited_constants(primvars, time, report)}
+        here = here._replace(primvars=primvars, constants=constants)
+    if WIDTHS in authored.names and UsdGeom.Primvar(prim.GetAttribute(WIDTHS)).HasAuthoredValue():
+        here = here._replace(width=handed_width(here.constants))  # one that is not constant hides those above
     return here
 
 

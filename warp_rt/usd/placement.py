@@ -48,6 +48,8 @@ class Group:
     from outside the group."""
     from_instancer: dict[str, np.ndarray]
     """Which rows of ``values`` an instancer within the group gave: bool, shape [k]. Nothing outside precedes them."""
+    is_sealed: np.ndarray
+    """Which rows inherit nothing from outside: bool, shape [k]. They are of prototypes that stand elsewhere."""
     lights: tuple[PlacedPrim, ...]
     cameras: tuple[PlacedPrim, ...]
 
@@ -90,7 +92,7 @@ class GroupBuilder:
         self._group: Group | None = None
         self._singles: list[tuple[int, np.ndarray, Values]] = []
         self._copies: dict[tuple[int, frozenset[str]], tuple[GroupBuilder, list[tuple[np.ndarray, str, Values]]]] = {}
-        self._batches: list[tuple[GroupBuilder, Transforms, Sequence[str], Values, Values]] = []
+        self._batches: list[tuple[GroupBuilder, Transforms, Sequence[str], Values, Values, bool]] = []
         self._lights: list[PlacedPrim] = []
         self._cameras: list[PlacedPrim] = []
 
@@ -131,7 +133,14 @@ class GroupBuilder:
         self._copies.setdefault(key, (group, []))[1].append((matrix, name, inherited))
 
     def add_copies(
-        self, group: GroupBuilder, matrices: Transforms, names: Sequence[str], inherited: Values, given: Values
+        self,
+        group: GroupBuilder,
+        matrices: Transforms,
+        names: Sequence[str],
+        inherited: Values,
+        given: Values,
+        *,
+        is_sealed: bool,
     ) -> None:
         """Place copies of a PointInstancer.
 
@@ -141,9 +150,10 @@ class GroupBuilder:
             names: Path of each copy, relative to what holds this group.
             inherited: Values that count where the group's rows have none, shape [n, c].
             given: Values that precede the group's own, shape [n, c].
+            is_sealed: Whether they inherit nothing else, as the group stands elsewhere.
         """
         self._take(group.weight * len(matrices))
-        self._batches.append((group, matrices, names, inherited, given))
+        self._batches.append((group, matrices, names, inherited, given, is_sealed))
 
     def build(self, gprims: Gprims) -> Group:
         """Return the group, without the gprims that are not drawn; later calls return the same one."""
@@ -158,7 +168,7 @@ class GroupBuilder:
                 matrices = np.stack([matrix for matrix, _, _ in copies])
                 names = [name for _, name, _ in copies]
                 values = {key: _stack_padded([inherited[key] for _, _, inherited in copies]) for key in copies[0][2]}
-                yield _copied(group, matrices, names, values, {}, gprims)
+                yield _copied(group, matrices, names, values, {}, False, gprims)
         while self._batches:  # whose memory is free once they are copied
             batch = self._batches.pop(0)
             group = batch[0].build(gprims)
@@ -186,6 +196,7 @@ class GroupBuilder:
                 key: np.concatenate([chunk.from_instancer.get(key, np.zeros(len(chunk), bool)) for chunk in chunks])
                 for key in sorted({key for chunk in chunks for key in chunk.from_instancer})
             },
+            is_sealed=np.concatenate([chunk.is_sealed for chunk in chunks]),
             lights=tuple(self._lights) + tuple(light for chunk in chunks for light in chunk.lights),
             cameras=tuple(self._cameras) + tuple(camera for chunk in chunks for camera in chunk.cameras),
         )
@@ -224,6 +235,7 @@ class GroupBuilder:
             names=(),
             values=values,
             from_instancer={},
+            is_sealed=np.zeros(len(drawn), bool),
             lights=(),
             cameras=(),
         )
@@ -235,6 +247,7 @@ def _copied(
     names: Sequence[str],
     inherited: Values,
     given: Values,
+    is_sealed: bool,
     gprims: Gprims,
 ) -> Group:
     """Return n copies of a group, one after the other; arguments as ``GroupBuilder.add_copies``."""
@@ -250,7 +263,7 @@ def _copied(
         if key in group.values:
             rows[:] = merge_width(group.values[key], width)
         if key in inherited:
-            is_free = np.isnan(rows[0, :, 0]) & ~gprims.has_own(key, group.gprim)
+            is_free = np.isnan(rows[0, :, 0]) & ~gprims.has_own(key, group.gprim) & ~group.is_sealed
             rows[:, is_free] = merge_width(inherited[key], width)[:, None]
         if key in given:
             is_open = ~group.from_instancer.get(key, np.zeros(k, bool))
@@ -264,6 +277,7 @@ def _copied(
         names=names if suffixes == [""] else NestedPaths(names, suffixes),
         values=values,
         from_instancer=from_instancer,
+        is_sealed=np.ones(n * k, bool) if is_sealed else np.tile(group.is_sealed, n),
         lights=_copied_prims(group.lights, matrices, names),
         cameras=_copied_prims(group.cameras, matrices, names),
     )

@@ -15,15 +15,16 @@ from pxr import Sdf, Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.scene.instance_paths import NumberedPaths
 from warp_rt.scene.instance_transforms import choose, nest
+from warp_rt.usd.authored import AuthoredReader
 from warp_rt.usd.bindings import read_bindings
-from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, handed_width, said_above
+from warp_rt.usd.context import SHOWN, SHOWN_IN_PROTOTYPE, Context, hand_down_primvars, handed_width, said_above
 from warp_rt.usd.draw_modes import draw_mode, inherited_card_visibility
 from warp_rt.usd.instance_bindings import SharedBindings
 from warp_rt.usd.motion import read_times
 from warp_rt.usd.not_inherited import report_widths_by_instance
 from warp_rt.usd.placement import GroupBuilder
 from warp_rt.usd.point_instancer import BAD_PROTOTYPE, read_point_instances
-from warp_rt.usd.primvars import Values, constants_of_instances, inherited_constants
+from warp_rt.usd.primvars import Values, constants_of_instances
 from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
 CYCLE = "W123"
@@ -55,6 +56,7 @@ class Prototypes:
         self._report = report
         self._groups: dict[tuple[object, ...], GroupBuilder] = {}
         self._shared_bindings = SharedBindings(stage)
+        self._authored = AuthoredReader()
         self._open: list[Sdf.Path] = []
 
     def add_native_instance(
@@ -135,7 +137,8 @@ class Prototypes:
             group = self._instancer_group(prim, path, context, own, walk_group)
             if group is None:
                 continue
-            inherited = {**context.constants, **own} if path.HasPrefix(prim.GetPath()) else own
+            is_below = path.HasPrefix(prim.GetPath())
+            inherited = {**context.constants, **own} if is_below else own
             is_only = len(chosen) == len(instances.matrices)
             builder.add_copies(
                 group,
@@ -143,6 +146,7 @@ class Prototypes:
                 NumberedPaths(name, instances.index[chosen]),
                 {key: np.tile(value, (len(chosen), 1)) for key, value in inherited.items()},
                 {key: values[chosen] for key, values in instances.values.items()},
+                is_sealed=not is_below,
             )
 
     def _note_opinions_below(self, instance: Usd.Prim) -> None:
@@ -206,17 +210,11 @@ class Prototypes:
             return None
         is_below = path.HasPrefix(instancer.GetPath())
         tail_start = len(str(instancer.GetPath())) if is_below else 0
-        width = handed_width(own) if "widths" in own or not is_below else context.width
-        key = (path, tail_start, context.purpose, width, frozenset() if is_below else frozenset(own))
+        width = handed_width(own) if "widths" in own else context.width if is_below else None
+        key = (path, tail_start, context.purpose, width, frozenset(own))
         group = self._groups.get(key)
         if group is None:
             parent = prototype.GetParent()
-            primvars, constants = [], {}
-            if parent.IsValid() and not is_below:
-                inherited = UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars()
-                primvars = [primvar for primvar in inherited if primvar.GetPrimvarName() not in own]
-            constants = inherited_constants(primvars, self._time, self._report)
-            width = handed_width(constants) if width is None else width
             inside = Context(
                 world_from_group=np.eye(4),
                 path_length=len(str(path)),
@@ -224,14 +222,32 @@ class Prototypes:
                 predicate=SHOWN_IN_PROTOTYPE,
                 purpose=context.purpose,
                 bindings=read_bindings(parent),
-                primvars=primvars,
-                constants=constants,
                 width=width,
                 draw_mode=draw_mode(parent, "", self._report) if parent else "default",
                 card_visibility=inherited_card_visibility(parent, self._report),
             )
             inside = said_above(parent, inside, self._time, self._report)
+            inside = self._with_primvars_above(prototype, inside, instancer if is_below else None, own)
             self._open.append(path)
             group = self._groups[key] = walk_group([prototype], inside)
             self._open.pop()
         return group
+
+    def _with_primvars_above(
+        self, prototype: Usd.Prim, inside: Context, instancer: Usd.Prim | None, own: Values
+    ) -> Context:
+        """Return a prototype's context with what the prims above it hand on, up to the instancer that it is below of.
+
+        Where an instancer has such a primvar, it has it at the root of each instance, and so before those.
+        """
+        above = [self._stage.GetPrimAtPath(path) for path in prototype.GetPath().GetPrefixes()[:-1]]
+        for prim in above:
+            if instancer is None or (prim != instancer and prim.GetPath().HasPrefix(instancer.GetPath())):
+                authored = self._authored.read(prim, inside.has_clips)
+                if authored.primvars:
+                    inside = hand_down_primvars(prim, inside, authored, self._time, self._report)
+        return inside._replace(
+            primvars=[primvar for primvar in inside.primvars if primvar.GetPrimvarName() not in own],
+            constants={name: value for name, value in inside.constants.items() if name not in own},
+            width=handed_width(own) if "widths" in own else inside.width,
+        )
