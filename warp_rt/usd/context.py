@@ -157,7 +157,9 @@ def hand_down(
     return here
 
 
-def hand_down_primvars(prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeCode, report: Report) -> Context:
+def hand_down_primvars(
+    prim: Usd.Prim, here: Context, authored: Authored, time: Usd.TimeCode, report: Report
+) -> Context:
     """Return the context with the primvars that a prim hands on; arguments as ``hand_down``."""
     report_connected_constants(prim, report)
     primvars = _inheritable(UsdGeom.PrimvarsAPI(prim), here.primvars)
