@@ -129,6 +129,15 @@ def test_the_share_of_a_box_in_the_picture(low, high, eye, share):
     assert share_of_picture(np.array([low, high], float), camera, 8, 8, Settings()) == pytest.approx(share)
 
 
+@pytest.mark.parametrize("side", [1e-200, 1e-30, 1.0, 1e30])
+def test_the_share_of_a_box_in_pictures_of_any_size(side):
+    camera = Camera("/c", np.eye(4), (-side, side, -side, side), is_perspective=False)
+    box = np.array([[0, -side, -3], [9 * side, 9 * side, -2]])  # its right half, and beyond
+    assert share_of_picture(box, camera, 8, 8, Settings()) == pytest.approx(0.5)
+    flat = Camera("/c", np.eye(4), (0, 0, -side, side), is_conformed=True)
+    assert share_of_picture(box, flat, 8, 8, Settings()) == 0
+
+
 @pytest.mark.parametrize(("near", "share"), [(0.0, 0.0), (-9.0, 0.25)])
 def test_an_orthographic_camera_sees_what_is_behind_it_from_its_near_distance_on(near, share):
     camera = Camera("/c", np.eye(4), (-1, 1, -1, 1), is_perspective=False, clipping_range=(near, 9.0))

@@ -159,6 +159,25 @@ def test_products_override_what_they_author():
     assert (second.settings.data_window, second.settings.disables_motion_blur) == ((0, 0, 1, 1), False)
 
 
+@pytest.mark.parametrize("settings", ["float products = 3", "rel products = </P>\nfloat camera = 3"])
+def test_attributes_in_place_of_relationships_are_told(settings):
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\n(renderSettingsPrimPath = "/S"\n)\ndef RenderSettings "S" {{\n{settings}\n}}\n'
+        'def RenderProduct "P" {\nint orderedVars = 2\n}\n'
+        f'{CAMERAS}def RenderPass "R" {{\nrel renderSource = </S>\nint fileName = 3\n}}\n'
+        'def RenderPass "bad" {\nfloat renderSource = 3\n}\n'
+        'def RenderPass "worse" {\nrel renderSource = </S>\nint collection:prune:includes = 3\n}\ndef Sphere "s" {\n}'
+    )
+    told = [(d.code, d.prim) for d in load_stage(stage, pass_path="/R").diagnostics if d.is_warning]
+    others = [("W523", "/S")] if "float products" in settings else [("W523", "/P"), ("W523", "/S")]
+    assert sorted(told) == sorted([("W522", "/R"), *others])
+    with pytest.raises(SceneError, match="/bad names no renderSource"):
+        load_stage(stage, pass_path="/bad")
+    with pytest.raises(SceneError, match="/worse: the collection prune: "):
+        load_stage(stage, pass_path="/worse")
+
+
 def test_a_product_has_the_resolution_of_its_schema_where_none_is_authored():
     """Pictures that the command asks for are as wide as it says."""
     products = 'def RenderProduct "P" {\n}\ndef RenderProduct "Q" {\nuniform int2 resolution = (8, 4)\n}'

@@ -190,7 +190,8 @@ def share_of_picture(box: np.ndarray, camera: Camera, width: int, height: int, s
     """
     left, right, bottom, top = picture_window(camera, width, height, settings)
     (left, right), (bottom, top) = sorted((left, right)), sorted((bottom, top))
-    area = (right - left) * (top - bottom)
+    if right == left or top == bottom:
+        return 0.0
     corners = np.array([[*(box[number >> axis & 1, axis] for axis in range(3)), 1.0] for number in range(8)])
     x, y, z, _ = np.linalg.inv(camera.world_from_camera) @ corners.T
     scale = -z if camera.is_perspective else np.ones(8)
@@ -198,9 +199,10 @@ def share_of_picture(box: np.ndarray, camera: Camera, width: int, height: int, s
     ahead = max(np.finfo(float).eps * np.abs(z).max(), np.finfo(float).tiny)
     nearest = ahead if camera.is_perspective else min(camera.clipping_range[0], 0.0)
     inside = np.stack([-z - nearest, x - left * scale, right * scale - x, y - bottom * scale, top * scale - y])
-    areas = [_shown_area(np.stack([x, y, scale]).T[list(face)], inside[:, face].T) for face in _FACES]
+    seen = np.stack([x / (right - left), y / (top - bottom), scale]).T  # areas are shares of the window's
+    areas = [_shown_area(seen[list(face)], inside[:, face].T) for face in _FACES]
     # A line of sight leaves the box through one face; it enters by another, unless it starts inside.
-    return float(max(sum(max(one, 0.0) for one in areas), sum(max(-one, 0.0) for one in areas)) / area)
+    return float(max(sum(max(one, 0.0) for one in areas), sum(max(-one, 0.0) for one in areas)))
 
 
 def _shown_area(points: np.ndarray, inside: np.ndarray) -> float:

@@ -12,14 +12,18 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Sdf, Tf, Usd
 
+from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Dome, Instances, Light, Mesh, RayMask, Shapes
 from warp_rt.usd.linking import LinkReader
 from warp_rt.usd.placement import PlacedPrim
+from warp_rt.usd.stage import error_text
 
 BAD_COLLECTION = "W527"
+
+_NAMES = ("renderVisibility", "cameraVisibility", "prune", "matte")
 
 _AnyLight = TypeVar("_AnyLight", Light, Dome)
 
@@ -30,11 +34,19 @@ class PassCollections:
     Args:
         prim: The RenderPass.
         report: Takes diagnostics.
+
+    Raises:
+        SceneError: USD cannot read a collection, such as one whose members are no relationship.
     """
 
     def __init__(self, prim: Usd.Prim, report: Report) -> None:
         self._prim = prim
         self._report = report
+        for name in _NAMES:
+            try:
+                self._query(name)
+            except Tf.ErrorException as error:
+                raise SceneError(f"{prim.GetPath()}: the collection {name}: {error_text(error)}") from error
 
     def geometry(self, instances: Instances, links: LinkReader) -> Instances:
         """Return the placed meshes that take part, with what the pass says of each.
@@ -43,10 +55,7 @@ class PassCollections:
             instances: All.
             links: Tells which of them a collection holds.
         """
-        rendered, seen, pruned, is_matte = (
-            self._rows(links, name, len(instances))
-            for name in ("renderVisibility", "cameraVisibility", "prune", "matte")
-        )
+        rendered, seen, pruned, is_matte = (self._rows(links, name, len(instances)) for name in _NAMES)
         if not seen.all():
             rays = np.uint8(RayMask.ALL) if instances.seen_by is None else instances.seen_by
             seen_by = np.where(seen, rays, rays & np.uint8(RayMask.ALL & ~RayMask.EYE)).astype(np.uint8)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdRender
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdRender
 
 from warp_rt.errors import SceneError
 from warp_rt.options import MAX_DEPTH, MAX_LIGHT_SAMPLES, PURPOSES
@@ -94,7 +94,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
         own.report_unknown()
         said = _settings_of(own, prim)
         settings = settings or said
-        targets = UsdRender.Product(product).GetOrderedVarsRel().GetForwardedTargets()
+        targets = _targets(product, "orderedVars", report)
         variables = (read_render_var(stage.GetPrimAtPath(target), target, report) for target in targets)
         products.append(
             Product(
@@ -118,7 +118,7 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
 def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
     """Return the products that pictures can be made of; the others are reported."""
     found = []
-    for path in UsdRender.Settings(settings).GetProductsRel().GetForwardedTargets():
+    for path in _targets(settings, "products", report):
         product = UsdRender.Product(settings.GetStage().GetPrimAtPath(path))
         kind = product.GetProductTypeAttr().Get() if product else ""
         if not product or not SHOWN(product.GetPrim()):
@@ -128,6 +128,15 @@ def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
         else:
             found.append(product.GetPrim())
     return found
+
+
+def _targets(prim: Usd.Prim, name: str, report: Report) -> Sequence[Sdf.Path]:
+    """Return what a relationship leads to; nothing, with a diagnostic, where it is an attribute."""
+    try:
+        return prim.GetRelationship(name).GetForwardedTargets()
+    except Tf.ErrorException:
+        report.warn(INVALID_SETTING, prim.GetPath(), f"{name} is no relationship; ignored")
+        return ()
 
 
 def _name_at(product: Usd.Prim, time: Usd.TimeCode | float) -> str:
@@ -163,12 +172,13 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
     source = stage_name(stage)
     if not prim or not prim.IsA(UsdRender.Pass):
         raise SceneError(f"{source}: {path} is no RenderPass")
-    targets = UsdRender.Pass(prim).GetRenderSourceRel().GetForwardedTargets()
+    targets = _targets(prim, "renderSource", report)
     if not targets:
         raise SceneError(f"{source}: the render pass {path} names no renderSource")
     file = UsdRender.Pass(prim).GetFileNameAttr().Get()
-    if file is not None and file.path:
-        report.warn(IGNORED_SETTING, path, f"fileName {file.path!r} is not opened: renderSource is taken of this stage")
+    if file:
+        message = f"fileName {shown(str(file))} is not opened: renderSource is taken of this stage"
+        report.warn(IGNORED_SETTING, path, message)
     if len(targets) > 1:
         report.warn(IGNORED_SETTING, path, f"renderSource has {len(targets)} targets: the first counts")
     return str(targets[0])
@@ -245,7 +255,7 @@ class _Reader:
     def camera(self) -> str | None:
         """Return the camera's path."""
         for prim in self._prims:
-            targets = prim.GetRelationship("camera").GetForwardedTargets()
+            targets = _targets(prim, "camera", self._report)
             if len(targets) > 1:
                 self._report.warn(INVALID_SETTING, prim.GetPath(), "names several cameras; the first is used")
             if targets and self._is_camera(prim, targets[0]):
