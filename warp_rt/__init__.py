@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from warp_rt.api import load_scene, render, render_series, trace_tree
-    from warp_rt.bvh.accel import Accel, build_accel
+    from warp_rt.bvh.accel import Accel, build_accel, refit_accel
     from warp_rt.bvh.queries import Hits, any_hit, closest_hit, count_hits
     from warp_rt.errors import DeviceError, LimitError, OptionError, OutputError, SceneError, WarpRtError
     from warp_rt.image.depth_series import DepthSeries
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "api": ("load_scene", "render", "render_series", "trace_tree"),
-    "bvh.accel": ("Accel", "build_accel"),
+    "bvh.accel": ("Accel", "build_accel", "refit_accel"),
     "bvh.queries": ("Hits", "any_hit", "closest_hit", "count_hits"),
     "errors": ("DeviceError", "LimitError", "OptionError", "OutputError", "SceneError", "WarpRtError"),
     "image.depth_series": ("DepthSeries",),

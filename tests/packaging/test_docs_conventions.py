@@ -124,7 +124,7 @@ def test_json_has_the_fields_of_the_table(folder: Path, capfd: pytest.CaptureFix
     assert found == set(rows)
     assert list(run["rays"]["per_depth"][0]) == names(rows["rays.per_depth"])
     assert list(run["notes"][0]) == names(rows["notes"])
-    frame_fields = names(re.search(r"and `frames` lists (.*?) of each", TEXT, re.DOTALL)[1])
+    frame_fields = names(re.search(r"and `frames`\slists (.*?) of each", TEXT, re.DOTALL)[1])
     assert [list(frame) for frame in frames] == [frame_fields] * 2
 
 

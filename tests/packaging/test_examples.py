@@ -34,6 +34,7 @@ WORDS = {
     "08_hierarchy_levels.py": "level 7: 128 boxes",
     "09_ray_tree.py": "All 10 nodes sum to 0.664",
     "10_views.py": "points are ",
+    "11_contact_sheet.py": "5 of 5 stages are clean",
 }
 FILES = {
     "01_render.py": {"mirror_teapot.png"},
@@ -48,6 +49,7 @@ FILES = {
     "08_hierarchy_levels.py": {"hierarchy_levels.png"} | {f"level_{level}.usda" for level in (1, 3, 5, 7)},
     "09_ray_tree.py": {"ray_tree.usda", "ray_tree.png"},
     "10_views.py": {"views.png"} | {f"view_{view}.{kind}" for view in range(4) for kind in ("exr", "ids.json")},
+    "11_contact_sheet.py": {"contact_sheet.png"},
 }
 
 
