@@ -280,6 +280,51 @@ def test_exr_shows_the_first_part_that_is_a_picture(tmp_path):
         read(tmp_path, exr(tmp_path, depth))
 
 
+def chroma_exr(planes: dict[str, np.ndarray], step: int) -> bytes:
+    """Return an uncompressed EXR of luminance, and of chroma at every so many texels, which OpenEXR's Python cannot."""
+    height, width = planes["Y"].shape
+
+    def attribute(name: str, kind: str, data: bytes) -> bytes:
+        return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+
+    steps = {name: 1 if name in "AY" else step for name in sorted(planes)}
+    channels = b"".join(n.encode() + b"\0" + struct.pack("<4i", 2, 0, s, s) for n, s in steps.items())
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    head = struct.pack("<2i", 20000630, 2) + attribute("channels", "chlist", channels + b"\0")
+    head += attribute("compression", "compression", b"\0") + attribute("lineOrder", "lineOrder", b"\0")
+    head += attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window)
+    head += attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    head += attribute("screenWindowCenter", "v2f", bytes(8))
+    head += attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + b"\0"
+    lines = []
+    for row in range(height):
+        there = [planes[name][row // s].astype("<f4").tobytes() for name, s in steps.items() if row % s == 0]
+        data = b"".join(there)
+        lines.append(struct.pack("<2i", row, len(data)) + data)
+    ends = len(head) + 8 * height + np.cumsum([0, *map(len, lines)])
+    return head + ends[:-1].astype("<u8").tobytes() + b"".join(lines)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+@pytest.mark.parametrize("has_alpha", [False, True])
+def test_exr_of_luminance_and_chroma(tmp_path, step, has_alpha):
+    """Chroma that is linear in the place is what it was between the texels that have it."""
+    rng = np.random.default_rng(3)
+    y, x = np.mgrid[0:6, 0:8]
+    luminance = rng.uniform(0.2, 4, (6, 8))
+    red, blue = 0.3 - 0.04 * x + 0.02 * y, 0.03 * x - 0.2 + 0.01 * y
+    planes = {"Y": luminance, "RY": red[::step, ::step], "BY": blue[::step, ::step]}
+    if has_alpha:
+        planes["A"] = rng.uniform(0, 1, (6, 8))
+    found, count = read(tmp_path, chroma_exr(planes, step))
+    within = np.s_[: 7 - step, : 9 - step]
+    np.testing.assert_allclose(found[..., 0][within], ((1 + red) * luminance)[within], rtol=1e-5)
+    np.testing.assert_allclose(found[..., 2][within], ((1 + blue) * luminance)[within], rtol=1e-5)
+    rec709 = [0.2126, 0.7152, 0.0722]
+    np.testing.assert_allclose(found[..., :3] @ rec709, luminance, rtol=1e-3)
+    assert count == (4 if has_alpha else 3)
+
+
 # --- TGA, JPEG, WebP, BMP
 
 

@@ -19,6 +19,7 @@ from PIL import ImageFile as PilImageFile
 from pxr import Ar
 
 from warp_rt.errors import SceneError
+from warp_rt.usd.exr_chroma import LUMINANCE_CHROMA, from_chroma
 from warp_rt.usd.radiance_hdr import radiance_size, read_radiance
 from warp_rt.usd.wide_tiff import read_wide_tiff, wide_tiff
 
@@ -26,6 +27,16 @@ MAX_TEXELS = 1 << 27  # 16384 x 8192, the largest sky in common use; 512 MiB of 
 _PILLOW_FORMATS = ("PNG", "JPEG", "TGA", "BMP", "TIFF", "WEBP")
 # Unpackers of 16-bit PNG: each keeps one byte of two; its partner keeps the other, or all (grey with alpha).
 _OTHER_BYTES = {"RGB;16B": "RGB;16L", "RGBA;16B": "RGBA;16L", "LA;16B": "RGBA"}
+_EXR_PICTURES = (
+    ("R", "G", "B", "A"),
+    ("R", "G", "B"),
+    (*LUMINANCE_CHROMA, "A"),
+    LUMINANCE_CHROMA,
+    ("Y", "A"),
+    ("Y",),
+    ("R", "G"),
+    ("R",),
+)
 NO_WRAPS = ("black", "black")
 """What lies beyond an image whose file says nothing of it: OpenEXR, standard attribute ``wrapmodes``."""
 _TIFF_WRAP_MODES = 33303  # Pixar's tag, libtiff's TIFFTAG_PIXAR_WRAPMODES
@@ -120,6 +131,8 @@ def _read_exr(data: bytes) -> ImageFile:
     _check_size(int(high[0]) - int(low[0]) + 1, int(high[1]) - int(low[1]) + 1)
     channels = OpenEXR.File(io.BytesIO(data), separate_channels=True).channels(part)
     planes = [channels[name].pixels for name in names]
+    if names[1:2] and names[1].endswith("RY"):
+        planes[:3] = from_chroma(*planes[:3], header.get("chromaticities"))
     if any(plane is None or plane.shape != planes[0].shape for plane in planes):
         raise SceneError("subsampled channels are not supported")
     return _image_file(np.stack(planes, axis=-1).astype(np.float32), _wraps(header.get("wrapmodes")))
@@ -135,11 +148,11 @@ def _exr_picture(parts: Sequence[Sequence[str]]) -> tuple[int, list[str]]:
 
 
 def _exr_channel_names(names: Sequence[str]) -> list[str]:
-    """Return the channels that make up the picture: R, G, B, A or Y, A, else those of the first layer; empty: none."""
+    """Return the channels that make up the picture: R, G, B, A or Y, RY, BY, A, else those of the first layer."""
     layers = sorted({name.rpartition(".")[0] for name in names}, key=lambda layer: (layer != "", layer))
     for layer in layers:
         prefix = f"{layer}." if layer else ""
-        for wanted in (("R", "G", "B", "A"), ("R", "G", "B"), ("Y", "A"), ("Y",), ("R", "G"), ("R",)):
+        for wanted in _EXR_PICTURES:
             if all(prefix + name in names for name in wanted):
                 return [prefix + name for name in wanted]
     return []
