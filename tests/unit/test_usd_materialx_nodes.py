@@ -302,6 +302,25 @@ def test_a_blur_is_left_out_and_told():
     assert codes == ["W303"]
 
 
+def test_a_blur_of_nothing_is_0():
+    (value,), codes = read(node("N", "ND_blur_color3", number("size", 0.1)))
+    assert (value.tolist(), codes) == ([0, 0, 0], ["W303"])
+
+
+@pytest.mark.parametrize("category", ["luminance", "saturate"])
+def test_coefficients_of_luminance_may_vary(category):
+    """Here those of red and green are the squares of the texture coordinates."""
+    chain = node("E", "ND_convert_vector2_vector3", "float2 inputs:in.connect = </M/P.outputs:out>")
+    chain += node("P", "ND_power_vector2", "float2 inputs:in1.connect = </M/C.outputs:out>", number("in2", 2, 2))
+    chain += node("C", "ND_texcoord_vector2")
+    lines = (number("in", *F), number("amount", 0.25), "float3 inputs:lumacoeffs.connect = </M/E.outputs:out>")
+    values, codes = read(chain + node("N", f"ND_{category}_color3", *lines), SPOTS)
+    grey = (SPOTS**2 @ F[:2])[:, None] * np.ones(3)
+    expected = grey if category == "luminance" else 0.75 * grey + 0.25 * F
+    np.testing.assert_allclose(values, expected, atol=1e-3)
+    assert codes == ["N938"]
+
+
 def test_hexagons_are_the_image_repeated_and_told(tmp_path):
     texels = np.random.default_rng(2).integers(0, 256, (4, 4, 3)).astype(np.uint8)
     PilImage.fromarray(texels).save(tmp_path / "image.png")
@@ -331,6 +350,10 @@ def typed(kind: str, name: str, *values: float) -> str:
         ("ND_ifequal_color3", (number("in1", 1, 2, 3), number("in2", 4, 5, 6)), (1, 2, 3)),
         ("ND_ifequal_color3B", (number("in1", 1, 2, 3), number("in2", 4, 5, 6)), (1, 2, 3)),
         ("ND_ifgreater_color3", (number("in1", 1, 2, 3), number("in2", 4, 5, 6)), (1, 2, 3)),
+        ("ND_ifequal_boolean", (), (0, 0, 0)),
+        ("ND_ifequal_booleanI", (), (0, 0, 0)),
+        ("ND_ifequal_booleanB", (), (1, 1, 1)),
+        ("ND_ln_float", (), (0, 0, 0)),
         ("ND_convert_integer_boolean", (typed("int", "in", 3),), (1, 1, 1)),
         ("ND_switch_float", (number("in1", 4.0), typed("float", "which", -2.0)), (4, 4, 4)),
         ("ND_switch_float", (number("in10", 4.0), typed("float", "which", 9.5)), (4, 4, 4)),
@@ -358,6 +381,7 @@ def test_defaults_and_ends_of_formulas(identifier, lines, expected):
         ("ND_combine2_vector4VF", (number("in2", 0.5),), 1, 0.0),
         ("ND_combine2_vector4VV", (number("in2", 0.5, 0.25),), 3, 0.25),
         ("ND_premult_color4", (), 3, 1.0),
+        ("ND_colorcorrect_color4", (), 3, 0.0),
         ("ND_unpremult_color4", (), 3, 1.0),
     ],
 )

@@ -129,8 +129,8 @@ def _divide(node: NodeInputs) -> Signal:
 
 
 def _luminance(node: NodeInputs) -> Signal:
-    color, weights = node.get("in"), node.get("lumacoeffs", _AP1_LUMINANCE).constant_value()
-    result = color.pick(range(3)).map(np.tile(weights, (3, 1)))
+    color = node.get("in")
+    result = dot(color.pick(range(3)), node.get("lumacoeffs", _AP1_LUMINANCE).resized(3)).resized(3)
     return join([result, color.pick([3])]) if node.size == 4 else result
 
 
@@ -155,11 +155,17 @@ def _gamma_curve_steps(values: Signal, gamma: Signal) -> Signal:
 
 
 def _if(holds: np.ufunc, default: float) -> Node:
-    """Return the node of a comparison, whose first value has a default; the second's is 0."""
+    """Return the node of a comparison, whose first value has a default; the second's is 0.
+
+    Without branches it gives whether it holds; the first of two numbers is then 1.
+    """
 
     def branch(node: NodeInputs) -> Signal:
-        first, second = node.read("value1") or Signal.constant([default]), node.sized("value2", 1)
-        if node.kinds == ("boolean",) and node.read("in1") is None and node.read("in2") is None:
+        is_truth = node.kinds == ("boolean",) and node.read("in1") is None and node.read("in2") is None
+        of_numbers = is_truth and node.variant != "B"
+        first = node.read("value1") or Signal.constant([1.0 if of_numbers else default])
+        second = node.sized("value2", 1)
+        if is_truth:
             return apply(holds, first, second)
         if first.value is not None and second.value is not None:
             return node.get("in1" if holds(first.value[0], second.value[0]) else "in2")
@@ -233,7 +239,7 @@ def _adjust_hsv(node: NodeInputs) -> Signal:
 
 def _correct(node: NodeInputs) -> Signal:
     """Return a colour turned in hue, saturated, and put through the curves of a grading tool, in this order."""
-    color = node.get("in", 1.0)
+    color = node.get("in", (1.0, 1.0, 1.0, 0.0)[: node.size])
     numbers = {
         name: node.read(name) or Signal.constant([value])
         for name, value in (
@@ -417,7 +423,7 @@ _NODES: Mapping[str, Node] = {
     "sign": _unary(np.sign),
     "sqrt": _unary(np.sqrt),
     "exp": _unary(np.exp),
-    "ln": _unary(np.log),
+    "ln": lambda node: apply(np.log, node.get("in", 1.0)),
     "sin": _unary(np.sin),
     "cos": _unary(np.cos),
     "tan": _unary(np.tan),
