@@ -129,8 +129,10 @@ def _divide(node: NodeInputs) -> Signal:
 
 
 def _luminance(node: NodeInputs) -> Signal:
-    color = node.get("in")
-    result = dot(color.pick(range(3)), node.get("lumacoeffs", _AP1_LUMINANCE).resized(3)).resized(3)
+    color, weights = node.get("in"), node.get("lumacoeffs", _AP1_LUMINANCE)
+    if weights.size < 3:
+        raise DoesNotFold
+    result = dot(color.pick(range(3)), weights.resized(3)).resized(3)
     return join([result, color.pick([3])]) if node.size == 4 else result
 
 
