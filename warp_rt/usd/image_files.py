@@ -131,8 +131,9 @@ def _read_exr(data: bytes) -> ImageFile:
     _check_size(int(high[0]) - int(low[0]) + 1, int(high[1]) - int(low[1]) + 1)
     channels = OpenEXR.File(io.BytesIO(data), separate_channels=True).channels(part)
     planes = [channels[name].pixels for name in names]
-    if names[1:2] and names[1].endswith("RY"):
-        planes[:3] = from_chroma(*planes[:3], header.get("chromaticities"))
+    if len(names) > 1 and names[1].endswith("RY"):
+        luminance, red, blue = planes[:3]
+        planes[:3] = from_chroma(luminance, red, blue, header.get("chromaticities"))
     if any(plane is None or plane.shape != planes[0].shape for plane in planes):
         raise SceneError("subsampled channels are not supported")
     return _image_file(np.stack(planes, axis=-1).astype(np.float32), _wraps(header.get("wrapmodes")))

@@ -190,8 +190,8 @@ class SignalReader:
         if name.startswith("blur_"):
             message = f"the node {node.id!r} is left out: what comes in is not blurred"
             self._report.warn(UNKNOWN_NODE, shader.GetPath(), message)
-            given = self._follow(shader.GetInput("in"), material, (1, 2, 3, 4))
-            return given or Signal.constant((0.0,) * _IMAGE_SIZES.get(name.removeprefix("blur_"), 1))
+            sharp = self._follow(shader.GetInput("in"), material, (1, 2, 3, 4))
+            return sharp or Signal.constant((0.0,) * _IMAGE_SIZES.get(name.removeprefix("blur_"), 1))
         if name in _COLOR_SETS and not read_constant(shader, "index", self._time, self._report):
             return self._color_set(_COLOR_SETS[name])
         if name in ("frame_float", "time_float"):
