@@ -23,7 +23,7 @@ from .codes import (
 from .frame_structs import FilmData
 from .observer import CostCounter
 from .primvar import NORMALS_SLOT
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface, element_of
 from .surface_primvar import eval_primvar
 

@@ -14,7 +14,7 @@ Mark (2008), Large Ray Packets for Real-time Whitted Ray Tracing, for groups who
 import warp as wp
 
 from .bvh_structs import AccelData
-from .constants import ALL_RAYS, GROUP, GROUP_FEW, GROUP_FLOATS, LEAVE_INSTANCE, TRIANGLES
+from .constants import ALL_RAYS, GROUP, GROUP_FEW, GROUP_FLOATS, LANE_COST, LEAVE_INSTANCE, TRIANGLES
 from .group_stack import push_children_group, push_group
 from .group_stack_each import push_children_of_each
 from .group_structs import RayGroup
@@ -24,9 +24,6 @@ from .ray_group import bound_group, greatest_end, rays_of_first_octant, rays_rea
 from .ray_set import count_rays
 from .reachable_triangles import reachable_triangles
 from .transform_group import transform_group
-
-LANE_COST = wp.constant(2)
-"""Rays each against a whole packet that take as long as a triangle against all rays of a group: 13 ns beside 30."""
 
 
 @wp.func

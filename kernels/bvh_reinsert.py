@@ -17,13 +17,9 @@ import warp as wp
 from .bounds import box_half_area
 from .bvh_collapse import evaluate_costs
 from .bvh_structs import BinaryNode, BinaryTrees
-from .constants import REINSERTION_STACK, REINSERTION_VISITS
+from .constants import REINSERTION_GAIN, REINSERTION_STACK, REINSERTION_VISITS
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False, "max_unroll": 0})
-
-ROUNDING = wp.constant(1.0e-6)
-"""What a move has to save, as part of the largest area that its gain is reckoned from: less may be rounding, and moves
-that only seem to pay never come to an end."""
 
 
 @wp.struct
@@ -178,7 +174,7 @@ def find_place(
     visits = int(0)
     while above >= 0 and visits < REINSERTION_VISITS:
         visits += 1
-        need = wp.max(best, ROUNDING * above_area)
+        need = wp.max(best, REINSERTION_GAIN * above_area)
         stack[0] = beside
         stack[1] = depth + 1
         gains[0] = saved

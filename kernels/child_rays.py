@@ -22,9 +22,9 @@ from .ray_differential import track_bounce
 from .ray_structs import RayTask
 from .response import Shading
 from .sampling import branch_key
+from .scene_structs import SceneData
 from .shading_normal import mirror_normal
 from .spawn import spawn_origin
-from .structs import SceneData
 from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_child, tell_push

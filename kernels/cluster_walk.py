@@ -6,7 +6,7 @@ import warp as wp
 
 from .light_structs import LightMeshData, LightTriangle
 from .light_triangle import faces_away
-from .structs import SceneData
+from .scene_structs import SceneData
 
 
 @wp.struct

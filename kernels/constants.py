@@ -4,6 +4,16 @@
 
 import warp as wp
 
+# --- guards
+
+LEAST_DIVISOR = wp.constant(1.0e-30)
+"""Lengths, their squares, and sums of weights count as at least this where they divide: nothing over nothing is then 0,
+not NaN, and the inverse is within float32."""
+
+LEAST_SINE = wp.constant(1.0e-12)
+"""Sines of angles between unit vectors, and squares of sines and cosines, count as at least this where they divide:
+what is smaller is rounding."""
+
 # --- bounding volume hierarchy: layout
 
 WIDTH = wp.constant(16)
@@ -32,6 +42,9 @@ LEAVE_INSTANCE = wp.constant(-(2**31))
 
 GROUP = wp.constant(32)
 """Rays that go through the hierarchy together: the bits of a word. 16 and 64 measured within 5 % of it."""
+
+LANE_COST = wp.constant(2)
+"""Rays each against a whole packet that take as long as a triangle against all rays of a group: 13 ns beside 30."""
 
 ALL_RAYS = wp.constant(wp.uint32(0xFFFFFFFF))
 """The set of all rays of a group."""
@@ -69,6 +82,12 @@ light that they go to."""
 TILE_PIXELS = wp.constant(512)
 """Pixels whose ray trees grow together: 256 measured 2 % slower, for groups are less full, 1024 and 2048 a tenth, for
 their nodes leave the cache."""
+
+CELL_WIDTH = wp.constant(8)
+"""Width of the cells [pixel] by which pixels of a tile are numbered, so that those of a group are neighbours; so too
+``CELL_HEIGHT``."""
+
+CELL_HEIGHT = wp.constant(4)
 
 TILE_NODES = wp.constant(8192)
 """Nodes that these trees have room for, 1.4 MB, of which no more is touched than there are: the mirror and the teapot
@@ -153,6 +172,10 @@ search goes down, what lies deeper is not looked at: a better place there is mis
 REINSERTION_VISITS = wp.constant(64)
 """Nodes and ancestors that a search for a better place looks at; some twenty are the rule. What is farther away is not
 looked at. SAH cost of lettering: -5.4 % with 64 and with 128, -4.4 % with 32."""
+
+REINSERTION_GAIN = wp.constant(1.0e-6)
+"""What a move has to save, as part of the largest area that its gain is reckoned from: less may be rounding, and moves
+that only seem to pay never come to an end."""
 
 MIN_EXTENT = wp.constant(1.0e-30)
 """Extent of doubled centroids along an axis up to which the axis cannot be split: its inverse must stay finite."""
@@ -283,6 +306,10 @@ SHADOW_LIMIT = wp.constant(4096)
 """Surfaces that a shadow ray crosses before it counts as blocked: a bound on the loop, beyond any real stage."""
 
 # --- textures
+
+SEAM = wp.constant(1.0e-5)
+"""Distance beyond a UDIM tile, in tiles, and beyond the first in parts of its coordinate, at which a place still counts
+as on its edge: interpolated coordinates are off by some units of their last bit."""
 
 GRAZING = wp.constant(1.0e-6)
 """Cosine below which a ray counts as meeting a surface at this one, for its footprint: finite, and beyond any image."""
@@ -510,9 +537,10 @@ FINEST_PIECE = wp.constant(1.0 / 96.0)
 PIECES_MAX = wp.constant(1 << 22)
 """Number from which pieces are not halved: those are 2^-22 of their triangle, under the surface itself."""
 
-SEAM = wp.constant(1.0e-5)
-"""Distance beyond a UDIM tile, in tiles, and beyond the first in parts of its coordinate, at which a place still counts
-as on its edge: interpolated coordinates are off by some units of their last bit."""
+POINTS_ACROSS = wp.constant(8)
+"""Most points along a side of a triangle of a mesh light, and most of a cluster, that are looked for past the rest."""
+
+# --- programs
 
 HASH_SEED = wp.constant(wp.uint32(0xDEADBEEF + 13))
 """Where the hash of noises begins, before four times the count of its numbers.

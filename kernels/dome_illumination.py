@@ -16,8 +16,8 @@ from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .response import MODEL_PREVIEW, Shading
 from .sample_emitter import dome_at
+from .scene_structs import SceneData
 from .shadow_queue import Shadows, add_term, begin_sum
-from .structs import SceneData
 from .surface import Surface
 from .vector import max_component
 from .visibility import holds

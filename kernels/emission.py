@@ -12,7 +12,7 @@ from .per_type import per_type
 from .profile import profile_factor
 from .ray_structs import RayTask
 from .sample_light import has_extent, light_radiance, meet_extent
-from .structs import SceneData
+from .scene_structs import SceneData
 from .texture import WRAP_CLAMP, sample_footprint
 from .visibility import holds
 

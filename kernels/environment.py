@@ -5,13 +5,13 @@
 import warp as wp
 
 from .codes import IRRADIANCE_HEIGHT, IRRADIANCE_WIDTH
-from .constants import MAX_ANISOTROPY
+from .constants import LEAST_SINE, MAX_ANISOTROPY
 from .features import Features, PlainScene
 from .frame_structs import FrameData
 from .light_structs import DomeData
 from .per_type import per_type
 from .ray_structs import RayDifferential
-from .structs import SceneData
+from .scene_structs import SceneData
 from .texture import WRAP_CLAMP, WRAP_REPEAT, sample_footprint, sample_image
 from .visibility import holds
 
@@ -49,7 +49,7 @@ def latlong_differential(dome: DomeData, direction: wp.vec3, change: wp.vec3) ->
     """
     x = wp.dot(dome.axis_x, direction)
     z = wp.dot(dome.axis_z, direction)
-    off_pole = wp.sqrt(wp.max(x * x + z * z, 1.0e-12))
+    off_pole = wp.sqrt(wp.max(x * x + z * z, LEAST_SINE))
     narrow = wp.max(off_pole, 1.0 / float(MAX_ANISOTROPY))
     turn = (wp.dot(dome.axis_x, change) * z - wp.dot(dome.axis_z, change) * x) / (off_pole * narrow)
     rise = wp.dot(dome.axis_y, change) / off_pole

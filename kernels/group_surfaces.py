@@ -10,14 +10,14 @@ the others'.
 import warp as wp
 
 from .bvh_structs import AccelData, Hit
-from .constants import DIRECTION_ROW, GREAT_TRIANGLE, GROUP, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
+from .constants import DIRECTION_ROW, GREAT_TRIANGLE, GROUP, LEAST_DIVISOR, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
 from .group_structs import RayGroup
 from .line_hit import surface_on_line
 from .native import spell_out
 from .number_rows import NUMBERS, row_int, row_vector, set_row
 from .primvar import NORMALS_SLOT
 from .ray_structs import RayTask
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface
 
 # Rows of GROUP numbers in which surfaces stand: three each of vectors.
@@ -133,7 +133,7 @@ _LOAD_TRIANGLE = r"""
         const vector p2 = WARP_RT_VECTOR(read[CORNERS + 6], LANES), offset = WARP_RT_VECTOR(read[OFFSET], LANES);
         const vector side1 = sub(p1, p0), side2 = sub(p2, p0);
         const number size1 = largest(side1), size2 = largest(side2), size12 = WARP_RT_GREATER(size1, size2);
-        const number size = WARP_RT_GREATER(size12, (number)1.0e-30f);
+        const number size = WARP_RT_GREATER(size12, (number)LEAST_DIVISOR);
         const vector e1 = div(side1, size), e2 = div(side2, size), across = cross(e1, e2);
 """
 """``load_triangle``: edges and normal, scaled to keep within float32."""
@@ -164,7 +164,7 @@ _PLACE_ON_TRIANGLE = r"""
         const vector nothing = vector((number)0.0f), n_local = chosen(length > 0.0f, div(across, length), nothing);
         const vector n_world = to_world_normal(n_local);
         const number world_length = WARP_RT_SQRT(dot(n_world, n_world));
-        const number plane_scale = 1.0f / WARP_RT_GREATER(world_length, (number)1.0e-30f);
+        const number plane_scale = 1.0f / WARP_RT_GREATER(world_length, (number)LEAST_DIVISOR);
         const vector n_geometric = mul(n_world, plane_scale);
         const number w = 1.0f - u - v;
         const vector weighted = add(add(mul(p0, w), mul(p1, u)), mul(p2, v));
@@ -242,6 +242,7 @@ _SURFACES = spell_out(
     TRIANGLES=TRIANGLES,
     NORMALS_SLOT=NORMALS_SLOT,
     GREAT_TRIANGLE=GREAT_TRIANGLE,
+    LEAST_DIVISOR=LEAST_DIVISOR,
     SPAWN_OFFSET=SPAWN_OFFSET,
     SPAWN_OFFSET_MIN=SPAWN_OFFSET_MIN,
     POSITION_ROW=POSITION_ROW,

@@ -11,7 +11,7 @@ size that the surface's roughness gives it.
 
 import warp as wp
 
-from .constants import CYLINDER_FACETS, FAR_LIGHT, GAUSS_POINT
+from .constants import CYLINDER_FACETS, FAR_LIGHT, GAUSS_POINT, LEAST_DIVISOR, LEAST_SINE
 from .light_structs import LightData
 from .vector import face_forward
 
@@ -48,7 +48,7 @@ def edge_irradiance(a: wp.vec3, b: wp.vec3) -> wp.vec3:
     """
     c = wp.cross(a, b)
     length = wp.length(c)
-    if length < 1.0e-12:
+    if length < LEAST_SINE:
         return wp.vec3(0.0, 0.0, 0.0)
     return c * (wp.atan2(length, wp.dot(a, b)) / length)
 
@@ -114,7 +114,7 @@ def disk_irradiance(to_center: wp.vec3, axis: wp.vec3, radius: float) -> wp.vec3
     rho = wp.length(radial)
     r2 = radius * radius
     d2 = z * z + rho * rho
-    root = wp.sqrt(wp.max((d2 + r2) * (d2 + r2) - 4.0 * r2 * rho * rho, 1.0e-30))
+    root = wp.sqrt(wp.max((d2 + r2) * (d2 + r2) - 4.0 * r2 * rho * rho, LEAST_DIVISOR))
     # Where one difference cancels its conjugate does not: along for d2 > r2, across for a distant or small disk.
     along = 0.5 * wp.pi * (1.0 - (d2 - r2) / root)
     if d2 > r2:
@@ -191,7 +191,7 @@ def cylinder_irradiance(light: LightData, to_center: wp.vec3) -> wp.vec3:
     # Corners at x radii, the outermost two at 1: (n - 2) x^2 + 2 x = n a / sin a, a being the angle of a facet.
     inner = float(CYLINDER_FACETS) - 2.0
     step = 2.0 * arc / float(CYLINDER_FACETS)
-    whole = float(CYLINDER_FACETS) * step / wp.max(wp.sin(step), 1.0e-12)
+    whole = float(CYLINDER_FACETS) * step / wp.max(wp.sin(step), LEAST_SINE)
     out = (wp.sqrt(1.0 + inner * whole) - 1.0) / inner
     previous = toward * wp.cos(arc) - side * wp.sin(arc)
     for k in range(CYLINDER_FACETS):

@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .constants import LEAST_DIVISOR
 from .sampling import concentric_disk
 
 
@@ -54,4 +55,4 @@ def half_angle(size2: float, distance2: float) -> float:
         size2: Its squared radius.
         distance2: Squared distance of its centre.
     """
-    return wp.asin(wp.sqrt(wp.min(size2 / wp.max(distance2, 1.0e-30), 1.0)))
+    return wp.asin(wp.sqrt(wp.min(size2 / wp.max(distance2, LEAST_DIVISOR), 1.0)))

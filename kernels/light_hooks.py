@@ -10,7 +10,7 @@ from .light import LightSample
 from .observer import CostCounter, Observer, TreeRecorder, observed
 from .response import Shading, eval_response
 from .sample_emitter import Emitter, EmitterSample, emitter_response
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface, element_of, make_surface
 from .tree_record import CrossingRecord, LightRecord
 from .vector import max_component

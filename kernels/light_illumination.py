@@ -18,9 +18,9 @@ from .response import Shading, eval_response, unmirrored_scales
 from .sample_emitter import Emitter, emitter_response, light_at, sample_emitter
 from .sample_light import has_extent
 from .sampling import branch_key, finer_bits, mirrored_point, shuffle_index
+from .scene_structs import SceneData
 from .shading_normal import facing
 from .shadow_queue import Shadows, add_term, begin_sum, cast_shadow
-from .structs import SceneData
 from .surface import Surface
 from .vector import max_component, max_magnitude
 from .visibility import holds

@@ -7,6 +7,7 @@ Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance 
 
 import warp as wp
 
+from .constants import LEAST_DIVISOR
 from .light_structs import LightMeshData, LightTriangle
 from .outline import direction_offset, edge_flux
 
@@ -69,7 +70,7 @@ def polygon_above(triangle: LightTriangle, n: wp.vec3) -> SeenPolygon:
     """
     seen = SeenPolygon()
     middle = middle_of(triangle)
-    distance = wp.max(wp.length(middle), 1.0e-30)
+    distance = wp.max(wp.length(middle), LEAST_DIVISOR)
     seen.to_middle = middle / distance
     height = wp.dot(n, middle)
     first = (triangle.side_x + triangle.side_y) / -3.0

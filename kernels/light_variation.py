@@ -7,7 +7,7 @@ A part is all of a light or some of its triangles; what counts of it is the ball
 
 import warp as wp
 
-from .constants import FAR_LIGHT, FAR_PROFILE, FOCUS_DARK, STEEPEST
+from .constants import FAR_LIGHT, FAR_PROFILE, FOCUS_DARK, LEAST_DIVISOR, STEEPEST
 from .light_direction import half_angle
 from .light_structs import LightData, ProfileData
 
@@ -43,7 +43,7 @@ def cone_view(light: wp.ref[LightData], to_center: wp.vec3, size2: float) -> int
     if d2 <= size2:
         return CUT  # from within the ball its points may be in any direction
     half = half_angle(size2, d2)
-    cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(wp.max(d2, 1.0e-30))
+    cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(wp.max(d2, LEAST_DIVISOR))
     theta = wp.acos(wp.clamp(cosine, -1.0, 1.0))
     rim = rim_angle(light)
     if theta - half >= end:

@@ -25,8 +25,8 @@ from .per_type import per_type
 from .ray_counts import count_shadow
 from .ray_set import count_rays, drop_first, first_ray
 from .ray_structs import ShadowRay
+from .scene_structs import SceneData
 from .shadow_queue import settle
-from .structs import SceneData
 from .tile_structs import ShadowQueue
 from .whole_light import whole_light
 

@@ -11,7 +11,7 @@ import warp as wp
 
 from .bvh_structs import Hit
 from .constants import TRIANGLES
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface, begin_surface, place_on_shape, place_on_triangle
 from .transform import transform_vector
 from .triangle import Triangle, load_triangle

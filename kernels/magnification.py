@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .structs import SceneData, TextureData
+from .scene_structs import SceneData, TextureData
 from .texture import WRAP_CLAMP, between_texels, make_probes, sample_footprint, wrap_coordinate
 from .udim import bounded_place, find_tile, sample_tiles
 

@@ -8,7 +8,7 @@ from .features import Features
 from .per_type import per_type
 from .preview_surface import eval_preview
 from .response import MODEL_WHITTED, Shading
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface
 from .whitted_surface import eval_whitted
 

@@ -9,7 +9,7 @@ from .constants import INPUT_MAX
 from .features import Features, PlainScene
 from .per_type import per_type
 from .program import eval_program
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface
 from .surface_primvar import eval_primvar
 from .texture_node import texture_of

@@ -23,6 +23,7 @@ from .constants import (
     FOCUS_DARK,
     FOCUS_STEP,
     GAUSS_POINT,
+    LEAST_DIVISOR,
     MERIDIAN_CELLS,
     MERIDIAN_STEPS,
     OFF_AXIS,
@@ -31,7 +32,7 @@ from .constants import (
 from .light_direction import half_angle
 from .light_structs import LightData
 from .profile import find_angle
-from .structs import SceneData
+from .scene_structs import SceneData
 
 
 @wp.struct
@@ -88,7 +89,7 @@ def meridian_view(scene: wp.ref[SceneData], light: wp.ref[LightData], to_center:
     view.first = data.offset
     view.begin = data.begin
     view.reach = data.end - data.begin
-    d2 = wp.max(wp.length_sq(to_center), 1.0e-30)
+    d2 = wp.max(wp.length_sq(to_center), LEAST_DIVISOR)
     half = half_angle(size2, d2)
     cosine = wp.dot(to_center, light.axis_z) / wp.sqrt(d2)
     nearest = wp.max(wp.acos(wp.clamp(wp.abs(cosine), 0.0, 1.0)) - half, 0.0)

@@ -15,8 +15,8 @@ from .light_structs import LightCluster, LightData, LightMeshData, LightTriangle
 from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import CUT, DARK
 from .mesh_visibility import ball_around, front_of_ball
+from .scene_structs import SceneData
 from .shaped_mesh import Grain, patch_view, shade_patch, shaped_triangle
-from .structs import SceneData
 from .vector import max_magnitude
 
 OUT_OF_SIGHT = wp.constant(0)

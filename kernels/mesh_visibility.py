@@ -10,18 +10,15 @@ of the scene counts.
 import warp as wp
 
 from .cluster_walk import is_ball_met, meet_triangle, next_cluster
-from .constants import SHADOW_END
+from .constants import LEAST_DIVISOR, POINTS_ACROSS, SHADOW_END
 from .light_structs import LightCluster, LightMeshData
 from .light_triangle import VisiblePart
-from .structs import SceneData
+from .scene_structs import SceneData
 
 OUTSIDE = wp.constant(1)
 """Bit of ``LightTriangle.free_sides``: from its outside nothing of the light can be before it,"""
 INSIDE = wp.constant(2)
 """or from its inside."""
-
-POINTS_ACROSS = wp.constant(8)
-"""Most points along a side of a triangle, and most of a cluster."""
 
 
 @wp.struct
@@ -78,7 +75,7 @@ def is_hidden(scene: wp.ref[SceneData], mesh: wp.ref[LightMeshData], position: w
         body: Convex body whose outside it is on, which does not hide it; -1: of none.
     """
     distance = wp.length(p)
-    wi = p / wp.max(distance, 1.0e-30)
+    wi = p / wp.max(distance, LEAST_DIVISOR)
     # The surface may be the light's own, as the point is.
     end = distance * SHADOW_END
     begin = distance - end
@@ -126,7 +123,7 @@ def look_for_point(
     triangle = scene.light_triangles[mesh.offset + row]
     p = triangle.origin - position + triangle.side_x * place[0] + triangle.side_y * place[1]
     normal = wp.cross(triangle.side_x, triangle.side_y)
-    d2 = wp.max(wp.length_sq(p), 1.0e-30)
+    d2 = wp.max(wp.length_sq(p), LEAST_DIVISOR)
     outwards = wp.dot(normal, p)
     weight = wp.abs(outwards) * wp.max(wp.dot(n, p), 0.0) / (d2 * d2)
     if weight > 0.0:
@@ -159,7 +156,7 @@ def look_for_ball(
     """
     ball = scene.light_clusters[ball_around(mesh, row)]
     center = ball.center - position
-    d2 = wp.max(wp.length_sq(center), 1.0e-30)
+    d2 = wp.max(wp.length_sq(center), LEAST_DIVISOR)
     weight = ball.size * wp.max(wp.dot(n, center), 0.0) / (d2 * wp.sqrt(d2))
     if weight > 0.0:
         p = front_of_ball(ball, position)
@@ -213,5 +210,5 @@ def look_past_rest(
                 across = (float(column / 2) + third / 3.0) * step
                 place = wp.vec2(down - across, across)
                 whole += look_for_point(scene, mesh, node - mesh.leaves, place, position, n, seen)
-    seen.share = seen.share / wp.max(whole, 1.0e-30)
+    seen.share = seen.share / wp.max(whole, LEAST_DIVISOR)
     return seen

@@ -14,7 +14,7 @@ from .op_codes import (
     OP_VECTOR_TO_OBJECT,
     OP_VECTOR_TO_WORLD,
 )
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface
 from .transform import transform_normal, transform_point, transform_vector
 

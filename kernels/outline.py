@@ -11,12 +11,12 @@ Reference: Lambert (1760), Photometria; Arvo (1995), Applications of Irradiance 
 
 import warp as wp
 
-from .constants import OUTLINE_EDGES, OUTLINE_EDGES_FINE, WIDE_EDGE
+from .constants import LEAST_DIVISOR, LEAST_SINE, OUTLINE_EDGES, OUTLINE_EDGES_FINE, WIDE_EDGE
 from .light import KIND_CYLINDER, KIND_RECT, KIND_SPHERE
 from .light_direction import solve_axes
 from .light_structs import LightData
 from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
-from .structs import SceneData
+from .scene_structs import SceneData
 from .vector import face_forward, perpendicular_frame
 
 
@@ -113,7 +113,7 @@ def outline_point(o: wp.ref[Outline], k: int) -> wp.vec3:
     angle = step * float(on_end) - o.half_arc
     out = float(1.0)
     if on_end > 0 and on_end < count - 1:
-        out = (wp.sqrt(1.0 + (edges - 2.0) * edges * step / wp.max(wp.sin(step), 1.0e-12)) - 1.0) / (edges - 2.0)
+        out = (wp.sqrt(1.0 + (edges - 2.0) * edges * step / wp.max(wp.sin(step), LEAST_SINE)) - 1.0) / (edges - 2.0)
     rim = o.x * (out * wp.cos(angle)) + o.y * (out * wp.sin(angle))
     return rim + o.center if k < count else rim - o.center
 
@@ -130,7 +130,7 @@ def direction_offset(c: wp.vec3, distance: float, r: wp.vec3) -> wp.vec3:
     d = wp.length(c * distance + r)
     # 1 / d - 1 / distance, times the distance, without its cancellation.
     shorter = -(2.0 * distance * wp.dot(c, r) + wp.length_sq(r)) / (distance + d)
-    return (r + c * shorter) / wp.max(d, 1.0e-30)
+    return (r + c * shorter) / wp.max(d, LEAST_DIVISOR)
 
 
 @wp.func
@@ -155,7 +155,7 @@ def edge_flux(c: wp.vec3, a: wp.vec3, b: wp.vec3) -> wp.vec3:
     second = c + b
     normal = wp.cross(first, second)
     sine = wp.length(normal)
-    return normal * (wp.atan2(sine, wp.dot(first, second)) / wp.max(sine, 1.0e-12)) - wp.cross(c, chord)
+    return normal * (wp.atan2(sine, wp.dot(first, second)) / wp.max(sine, LEAST_SINE)) - wp.cross(c, chord)
 
 
 @wp.func
@@ -201,7 +201,7 @@ def outlined_light(scene: wp.ref[SceneData], light: wp.ref[LightData], position:
     outline = outline_of(light, to_center)
     if outline.edges == 0:
         return seen
-    distance = wp.max(wp.length(to_center), 1.0e-30)
+    distance = wp.max(wp.length(to_center), LEAST_DIVISOR)
     c = to_center / distance
     height = wp.dot(n, to_center)
     view = meridian_view(scene, light, to_center, bounding_square(light))

@@ -12,10 +12,11 @@ Reference: Conty Estevez and Kulla (2018), Importance Sampling of Many Lights wi
 import warp as wp
 
 from .codes import VARIED
+from .constants import LEAST_DIVISOR
 from .light_structs import LightData, LightMeshData
 from .light_triangle import middle_of
+from .scene_structs import SceneData
 from .shaped_mesh import ball_square
-from .structs import SceneData
 from .vector import max_component
 
 
@@ -167,11 +168,11 @@ def pick_triangle(
         if known >= 0:
             is_second = (known / span) % 2 == 1
         if is_second:
-            picked.rest = (picked.rest - share) / wp.max(1.0 - share, 1.0e-30)
+            picked.rest = (picked.rest - share) / wp.max(1.0 - share, LEAST_DIVISOR)
             picked.chance = picked.chance * (1.0 - share) if second > 0.0 else 0.0
             node += 1
         else:
-            picked.rest = picked.rest / wp.max(share, 1.0e-30)
+            picked.rest = picked.rest / wp.max(share, LEAST_DIVISOR)
             picked.chance = picked.chance * share
         if picked.chance == 0.0:
             break

@@ -12,8 +12,8 @@ from .features import Features
 from .material_input import eval_input, input_float, input_vec3
 from .per_type import per_type
 from .response import MODEL_PREVIEW, Shading, mirror_share
+from .scene_structs import MaterialData, SceneData
 from .shading_normal import shading_normal
-from .structs import MaterialData, SceneData
 from .surface import Surface
 from .vector import fresnel_schlick, max_component, refraction_discriminant
 

@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .structs import SceneData
+from .scene_structs import SceneData
 
 NORMALS_SLOT = wp.constant(0)
 """Slot of the shading normals among the primvars of each mesh."""

@@ -5,7 +5,7 @@
 import warp as wp
 
 from .constants import POLE
-from .structs import SceneData
+from .scene_structs import SceneData
 
 
 @wp.func

@@ -60,7 +60,7 @@ from .op_codes import (
     OP_WORLEY_CELLS_3D,
 )
 from .ray_differential import coordinate_growth
-from .structs import InstructionData, SceneData
+from .scene_structs import InstructionData, SceneData
 from .surface import Surface
 from .surface_primvar import eval_primvar, surface_tangents
 from .texture_node import eval_texture, texture_of

@@ -10,15 +10,15 @@ Reference: Igehy (1999), Tracing Ray Differentials, SIGGRAPH 99, section 3.
 
 import warp as wp
 
-from .constants import CUBIC_TUBE, FRUSTUM, GRAZING, PARAMETRIC, SPHERE, TRIANGLES
+from .constants import CUBIC_TUBE, FRUSTUM, GRAZING, LEAST_DIVISOR, PARAMETRIC, SPHERE, TRIANGLES
 from .features import Features, PlainScene
 from .frame_structs import FrameData
 from .intersect_tube import bezier_blossom, bezier_derivative
 from .per_type import per_type
 from .primvar import NORMALS_SLOT, primvar_corner, primvar_row
 from .ray_structs import RayDifferential, RayTask
+from .scene_structs import SceneData
 from .shape_surface import first_control, shape_axis, xyz
-from .structs import SceneData
 from .surface import Surface, eval_normals
 from .transform import transform_normal, transform_point, transform_vector
 from .triangle import triangle_corners
@@ -85,12 +85,12 @@ def barycentric_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface],
     p0, p1, p2 = triangle_corners(scene, surface.mesh, surface.triangle)
     e1 = p1 - p0
     e2 = p2 - p0
-    size = wp.max(wp.max(max_magnitude(e1), max_magnitude(e2)), 1.0e-30)
+    size = wp.max(wp.max(max_magnitude(e1), max_magnitude(e2)), LEAST_DIVISOR)
     e1 = e1 / size
     e2 = e2 / size
     local = transform_vector(scene.instances[surface.instance].local_from_world, dp) / size
     n = wp.cross(e1, e2)
-    scale = 1.0 / wp.max(wp.dot(n, n), 1.0e-30)
+    scale = 1.0 / wp.max(wp.dot(n, n), LEAST_DIVISOR)
     return wp.vec2(wp.dot(wp.cross(local, e2), n) * scale, wp.dot(wp.cross(e1, local), n) * scale)
 
 
@@ -119,7 +119,7 @@ def shape_normal_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface]
         center = start + (end - start) * u
         along = xyz(end - start)
     if is_ball:
-        return dp / wp.max(center[3], 1.0e-30)
+        return dp / wp.max(center[3], LEAST_DIVISOR)
     p = transform_point(scene.instances[surface.instance].local_from_world, surface.position) - xyz(center)
     axis = wp.normalize(along)
     around = wp.cross(axis, n)
@@ -250,7 +250,7 @@ def parametric_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface], 
     p = transform_point(placed.local_from_world, surface.position) - xyz(start)
     local = transform_vector(placed.local_from_world, dp)
     turning = wp.cross(axis, p)
-    radius2 = wp.max(wp.dot(turning, turning), 1.0e-30)
+    radius2 = wp.max(wp.dot(turning, turning), LEAST_DIVISOR)
     s = wp.dot(local, turning) / (radius2 * 2.0 * wp.pi)
     rise = wp.dot(local, axis)
     if mesh.kind == SPHERE:
@@ -302,7 +302,7 @@ def coordinate_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface], 
         )
     axis = xyz(along)
     local = transform_vector(scene.instances[surface.instance].local_from_world, dp)
-    du = wp.dot(local, axis) / wp.max(wp.dot(axis, axis), 1.0e-30)
+    du = wp.dot(local, axis) / wp.max(wp.dot(axis, axis), LEAST_DIVISOR)
     return wp.vec2(slope[0] * du, slope[1] * du)
 
 

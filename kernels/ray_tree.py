@@ -22,8 +22,8 @@ from .per_type import per_type
 from .ray_counts import PRIMARY, count
 from .ray_differential import track_eye
 from .ray_structs import RayTask
+from .scene_structs import SceneData
 from .shadow_queue import AtOnce
-from .structs import SceneData
 from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_eye

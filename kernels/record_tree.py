@@ -13,7 +13,7 @@ from .features import AnyScene
 from .frame_structs import FrameData
 from .observer import TreeRecorder
 from .ray_structs import RayTask
-from .structs import SceneData
+from .scene_structs import SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -9,7 +9,7 @@ from .features import AnyScene
 from .frame_structs import FilmData, FrameData
 from .observer import Unobserved
 from .ray_structs import RayTask
-from .structs import SceneData
+from .scene_structs import SceneData
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 

@@ -13,7 +13,7 @@ from .observer import Observer, observed
 from .ray_structs import RayTask
 from .ray_tree import trace_tree
 from .sampling import pixel_key
-from .structs import SceneData
+from .scene_structs import SceneData
 
 
 @observed

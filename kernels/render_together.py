@@ -7,7 +7,7 @@ import warp as wp
 from .bvh_structs import AccelData
 from .features import AnyScene
 from .frame_structs import FilmData, FrameData
-from .structs import SceneData
+from .scene_structs import SceneData
 from .tile_structs import TileTrees
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})

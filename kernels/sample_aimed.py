@@ -12,7 +12,7 @@ report CW 197, section 5, for the lobe.
 
 import warp as wp
 
-from .constants import AIMED_END, AIMED_MOST, SERIES_END
+from .constants import AIMED_END, AIMED_MOST, LEAST_DIVISOR, SERIES_END
 from .light_direction import half_angle
 from .light_structs import LightData
 from .sampling import concentric_disk
@@ -78,7 +78,7 @@ def aim_at(light: wp.ref[LightData], to_center: wp.vec3, size2: float, seen: flo
     end = wp.min(light.cone_angle, AIMED_END)
     if light.focus <= 0.0 and light.cone_angle >= AIMED_END:
         return aim
-    d2 = wp.max(wp.length_sq(to_center), 1.0e-30)
+    d2 = wp.max(wp.length_sq(to_center), LEAST_DIVISOR)
     wi = to_center / wp.sqrt(d2)
     aim.axis = light.axis_z
     cosine = wp.dot(wi, light.axis_z)
@@ -137,7 +137,7 @@ def aimed_direction(aim: wp.ref[Aim], u: wp.vec2) -> wp.vec3:
     p = concentric_disk(u)
     r2 = wp.length_sq(p)
     height = aimed_height(aim, r2)
-    side = wp.sqrt(wp.max(height * (2.0 - height), 0.0) / wp.max(r2, 1.0e-30))
+    side = wp.sqrt(wp.max(height * (2.0 - height), 0.0) / wp.max(r2, LEAST_DIVISOR))
     return aim.x * (p[0] * side) + aim.y * (p[1] * side) + aim.axis * (1.0 - height)
 
 

@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .constants import LEAST_DIVISOR, LEAST_SINE
 from .light_direction import LightDirection, solve_axes
 
 
@@ -104,7 +105,7 @@ def line_of_cylinder(view: wp.ref[CylinderView], v: wp.vec3) -> CylinderLine:
     inside = 1.0 - wp.dot(off, off)
     line.is_met = 1 if along > 0.0 and inside >= 0.0 else 0
     reach = along - wp.sqrt(wp.max(inside, 0.0))
-    line.h = wp.max(reach / rate, 1.0e-30)
+    line.h = wp.max(reach / rate, LEAST_DIVISOR)
     line.middle = view.middle + wp.dot(view.lean, w) * reach
     begin = line.middle - view.half
     end = line.middle + view.half
@@ -142,7 +143,7 @@ def sample_cylinder(center: wp.vec3, x: wp.vec3, y: wp.vec3, z: wp.vec3, u: wp.v
     v = view.first * wp.cos(turn) + view.side * wp.sin(turn)
     line = line_of_cylinder(view, v)
     sine = line.low + u[0] * line.sines
-    place = line.h * sine / wp.sqrt(wp.max(1.0 - sine * sine, 1.0e-12))
+    place = line.h * sine / wp.sqrt(wp.max(1.0 - sine * sine, LEAST_SINE))
     p = v * line.h + view.axis * wp.clamp(place, line.middle - view.half, line.middle + view.half)
     s.distance = wp.length(p)
     s.wi = p / s.distance

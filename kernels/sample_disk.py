@@ -11,7 +11,7 @@ Reference: Gamito (2016), Solid Angle Sampling of Disk and Cylinder Lights, CGF 
 
 import warp as wp
 
-from .constants import DISK_CELLS, DISK_FAR, DISK_LOW
+from .constants import DISK_CELLS, DISK_FAR, DISK_LOW, LEAST_SINE
 from .light_direction import LightDirection
 from .sample_rect import area_pdf, plane_point, safe_asin
 from .sampling import concentric_disk
@@ -161,7 +161,7 @@ def sample_disk(center: wp.vec3, x: wp.vec3, y: wp.vec3, u: wp.vec2) -> LightDir
     sine = sines[0] + u[1] * (sines[1] - sines[0])
     line = center + x * chord
     square = line - v.along * wp.dot(line, v.along)
-    p = square + v.along * (wp.length(square) * sine / wp.sqrt(wp.max(1.0 - sine * sine, 1.0e-12)))
+    p = square + v.along * (wp.length(square) * sine / wp.sqrt(wp.max(1.0 - sine * sine, LEAST_SINE)))
     s.distance = wp.length(p)
     s.wi = p / s.distance
     s.pdf = chord_pdf(v, g, sines, weight / total)

@@ -8,7 +8,7 @@ from .environment import latlong_from_direction
 from .light_direction import LightDirection
 from .light_structs import DomeData
 from .sampling import concentric_disk
-from .structs import SceneData
+from .scene_structs import SceneData
 from .vector import perpendicular_frame
 
 

@@ -22,7 +22,7 @@ from .sample_dome import cosine_pdf, dome_image_pdf, sample_cosine, sample_dome_
 from .sample_gloss import ggx_pdf, sample_ggx
 from .sample_light import meet_shaped, sample_shaped
 from .sample_shaped_mesh import is_nearest, meet_shaped_mesh, sample_shaped_mesh
-from .structs import SceneData
+from .scene_structs import SceneData
 from .vector import fresnel_schlick, max_component
 
 

@@ -4,6 +4,7 @@
 
 import warp as wp
 
+from .constants import LEAST_SINE
 from .vector import perpendicular_frame
 
 
@@ -28,7 +29,7 @@ def sample_ggx(n: wp.vec3, wo: wp.vec3, alpha: float, u: wp.vec2) -> wp.vec3:
     s = 0.5 * (1.0 + v[2])
     # The half disk that the hemisphere's lower part would cover is squeezed onto its rim, along the second axis.
     toward = wp.vec3(-v[2] * v[0], -v[2] * v[1], 1.0 - v[2] * v[2])
-    if wp.length_sq(toward) > 1.0e-12:
+    if wp.length_sq(toward) > LEAST_SINE:
         ty = wp.normalize(toward)
         tx = wp.cross(ty, v)
     b = (1.0 - s) * wp.sqrt(wp.max(1.0 - a * a, 0.0)) + s * r * wp.sin(turn)

@@ -5,7 +5,7 @@
 import warp as wp
 
 from .codes import UNEVEN, VARIED
-from .constants import AIMED_CONE, AIMED_FOCUS
+from .constants import AIMED_CONE, AIMED_FOCUS, LEAST_DIVISOR
 from .light import KIND_CYLINDER, KIND_DISK, KIND_DISTANT, KIND_POINT, KIND_RECT, KIND_SPHERE, cone_factor
 from .light_direction import LightDirection, cone_cap
 from .light_structs import LightData
@@ -90,7 +90,7 @@ def seen_solid_angle(light: wp.ref[LightData], center: wp.vec3) -> float:
     x = light.half_x
     y = light.half_y
     z = light.half_z
-    d2 = wp.max(wp.length_sq(center), 1.0e-30)
+    d2 = wp.max(wp.length_sq(center), LEAST_DIVISOR)
     # How large a box about it looks, by its sides; those across a cylinder's axis are open.
     xy = wp.dot(wp.cross(x, y), center)
     zx = wp.dot(wp.cross(z, x), center)

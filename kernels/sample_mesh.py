@@ -5,10 +5,11 @@
 import warp as wp
 
 from .cluster_walk import nearest_triangle
+from .constants import LEAST_DIVISOR
 from .light_direction import LightDirection
 from .light_structs import LightData, LightMeshData, LightTriangle
 from .pick_triangle import pick_triangle
-from .structs import SceneData
+from .scene_structs import SceneData
 
 
 @wp.func
@@ -58,7 +59,7 @@ def sample_mesh(
     root = wp.sqrt(wp.clamp(picked.rest, 0.0, 1.0))
     p = triangle.origin + triangle.side_x * (1.0 - root) + triangle.side_y * (u[1] * root) - position
     distance = wp.length(p)
-    return seen_triangle(mesh, triangle, p / wp.max(distance, 1.0e-30), distance, picked.chance)
+    return seen_triangle(mesh, triangle, p / wp.max(distance, LEAST_DIVISOR), distance, picked.chance)
 
 
 @wp.func(inline=False)

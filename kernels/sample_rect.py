@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .constants import RIGHT_ANGLE, SOLID_ANGLE_MIN
+from .constants import LEAST_DIVISOR, RIGHT_ANGLE, SOLID_ANGLE_MIN
 from .light_direction import LightDirection
 
 
@@ -70,10 +70,10 @@ def spherical_rect(center: wp.vec3, half_x: wp.vec3, half_y: wp.vec3) -> Spheric
     r.y0 = y - h
     r.y1 = y + h
     r.z0 = z0
-    r.b0 = -r.y0 / wp.max(wp.sqrt(z0 * z0 + r.y0 * r.y0), 1.0e-30)
-    r.b1 = r.y1 / wp.max(wp.sqrt(z0 * z0 + r.y1 * r.y1), 1.0e-30)
-    a0 = -r.x0 / wp.max(wp.sqrt(z0 * z0 + r.x0 * r.x0), 1.0e-30)
-    a1 = r.x1 / wp.max(wp.sqrt(z0 * z0 + r.x1 * r.x1), 1.0e-30)
+    r.b0 = -r.y0 / wp.max(wp.sqrt(z0 * z0 + r.y0 * r.y0), LEAST_DIVISOR)
+    r.b1 = r.y1 / wp.max(wp.sqrt(z0 * z0 + r.y1 * r.y1), LEAST_DIVISOR)
+    a0 = -r.x0 / wp.max(wp.sqrt(z0 * z0 + r.x0 * r.x0), LEAST_DIVISOR)
+    a1 = r.x1 / wp.max(wp.sqrt(z0 * z0 + r.x1 * r.x1), LEAST_DIVISOR)
     beyond = safe_asin(r.b1 * a0) + safe_asin(a0 * r.b0)
     r.k = wp.pi - beyond
     solid_angle = safe_asin(r.b0 * a1) + safe_asin(a1 * r.b1) + beyond
@@ -107,12 +107,12 @@ def sample_rect(center: wp.vec3, half_x: wp.vec3, half_y: wp.vec3, u: wp.vec2) -
     c = wp.clamp(1.0 / wp.sqrt(f * f + r.b0 * r.b0), 0.0, 1.0)
     if f < 0.0:
         c = -c
-    x = wp.clamp(-c * r.z0 / wp.max(wp.sqrt(1.0 - c * c), 1.0e-30), r.x0, r.x1)
+    x = wp.clamp(-c * r.z0 / wp.max(wp.sqrt(1.0 - c * c), LEAST_DIVISOR), r.x0, r.x1)
     d = wp.sqrt(x * x + r.z0 * r.z0)
     h0 = r.y0 / wp.sqrt(d * d + r.y0 * r.y0)
     h1 = r.y1 / wp.sqrt(d * d + r.y1 * r.y1)
     h = h0 + u[1] * (h1 - h0)
-    y = wp.clamp(h * d / wp.max(wp.sqrt(1.0 - h * h), 1.0e-30), r.y0, r.y1)
+    y = wp.clamp(h * d / wp.max(wp.sqrt(1.0 - h * h), LEAST_DIVISOR), r.y0, r.y1)
     p = r.x * x + r.y * y + r.z * r.z0
     s.distance = wp.length(p)
     s.wi = p / s.distance
@@ -159,6 +159,6 @@ def meet_rect(center: wp.vec3, half_x: wp.vec3, half_y: wp.vec3, wi: wp.vec3) ->
 def plane_point(center: wp.vec3, normal: wp.vec3, wi: wp.vec3) -> wp.vec3:
     """Return where the line along ``wi`` meets the plane through a centre, from the centre; far off if it does not."""
     slope = wp.dot(normal, wi)
-    if wp.abs(slope) < 1.0e-30:
+    if wp.abs(slope) < LEAST_DIVISOR:
         return wi * 1.0e18
     return wi * (wp.dot(normal, center) / slope) - center

@@ -6,13 +6,13 @@ import warp as wp
 
 from .cluster_walk import nearest_triangle
 from .codes import VARIED
-from .constants import AIMED_MESH_CONE, AIMED_MESH_FOCUS, AIMED_MOST, SHADOW_END
+from .constants import AIMED_MESH_CONE, AIMED_MESH_FOCUS, AIMED_MOST, LEAST_DIVISOR, SHADOW_END
 from .light_direction import LightDirection, cone_cap
 from .light_structs import LightData
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_mesh import meet_mesh, sample_mesh
+from .scene_structs import SceneData
 from .shaped_mesh import ball_of_mesh
-from .structs import SceneData
 
 
 @wp.func
@@ -23,7 +23,7 @@ def aim_of_mesh(scene: wp.ref[SceneData], light: wp.ref[LightData], position: wp
     mesh = scene.light_meshes[light.mesh]
     ball = ball_of_mesh(scene, mesh)
     center = wp.vec3(ball[0], ball[1], ball[2]) - position
-    d2 = wp.max(wp.length_sq(center), 1.0e-30)
+    d2 = wp.max(wp.length_sq(center), LEAST_DIVISOR)
     seen = 2.0 * wp.pi
     if d2 > ball[3]:
         # About half of a surface's area is seen in the mean over all directions.

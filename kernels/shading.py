@@ -14,9 +14,9 @@ from .lit_surfaces import await_light
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .response import MODEL_WHITTED, Shading
+from .scene_structs import SceneData
 from .shadow_queue import Shadows, begin_local
 from .spawn import is_at_rim
-from .structs import SceneData
 from .surface import Surface
 from .tile_structs import ShadowQueue
 

@@ -5,13 +5,13 @@
 import warp as wp
 
 from .codes import INPUT_COUNT, PREVIEW_INPUTS, WORLD_NORMAL
-from .constants import HORIZON, JUST_SEEN
+from .constants import HORIZON, JUST_SEEN, LEAST_DIVISOR
 from .features import Features, PlainScene
 from .material_input import input_vec3
 from .per_type import per_type
 from .primvar import NORMALS_SLOT
 from .response import Shading
-from .structs import MaterialData, SceneData
+from .scene_structs import MaterialData, SceneData
 from .surface import Surface
 from .surface_primvar import surface_tangents
 from .vector import face_forward
@@ -49,7 +49,7 @@ def shading_normal(
         tangent, bitangent = surface_tangents(scene, surface, slot)
         # An orthonormal frame about the interpolated normal; mirrored texture coordinates keep their handedness.
         t = tangent - n * wp.dot(n, tangent)
-        b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), 1.0e-30))
+        b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), LEAST_DIVISOR))
         if wp.length_sq(t) > 0.0 and wp.length_sq(b) > 0.0:
             m = input_vec3(scene, surface, material.varying, _NORMAL, wo, features)
             side = wp.sign(wp.dot(n, surface.n_shading))

@@ -20,9 +20,9 @@ from .list_rays import gather_shadow_rays, list_shadow_rays
 from .observer import Observer, Unobserved, observed
 from .per_type import per_type
 from .ray_structs import ShadowRay
+from .scene_structs import SceneData
 from .shadow_ray import ends_at_any, shadow_end, shadow_ray, transmitted_light
 from .spawn import spawn_origin
-from .structs import SceneData
 from .surface import Surface
 from .tile_structs import ShadowQueue
 from .vector import max_component

@@ -14,8 +14,8 @@ from .light_structs import ShadowData
 from .material import NO_LEAK, eval_material
 from .observer import Observer, Unobserved, observed
 from .response import MODEL_WHITTED
+from .scene_structs import SceneData
 from .spawn import spawn_origin
-from .structs import SceneData
 from .surface import make_surface
 from .vector import max_component
 from .visibility import holds, is_present

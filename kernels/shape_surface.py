@@ -8,7 +8,7 @@ from .constants import CUBIC_TUBE, FRUSTUM, SPHERE
 from .intersect_frustum import FIRST_CAP, LAST_CAP
 from .intersect_round_cone import round_cone_parameter
 from .intersect_tube import bezier_blossom, tube_parameter
-from .structs import MeshData
+from .scene_structs import MeshData
 from .vector import perpendicular_frame
 
 

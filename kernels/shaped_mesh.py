@@ -24,6 +24,7 @@ from .constants import (
     FINEST_PIECE,
     FOCUS_PIECE,
     HORIZON_PIECE,
+    LEAST_DIVISOR,
     PIECES_MAX,
     PROFILE_PIECE,
     RIM_PIECE,
@@ -49,7 +50,7 @@ from .light_variation import (
     profile_cell,
 )
 from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
-from .structs import SceneData
+from .scene_structs import SceneData
 from .vector import max_magnitude
 
 RIM = wp.constant(3)
@@ -283,7 +284,7 @@ def add_piece(
             p = b
         elif k == 2:
             p = c
-        d2 = wp.max(wp.length_sq(p), 1.0e-30)
+        d2 = wp.max(wp.length_sq(p), LEAST_DIVISOR)
         wi = p / wp.sqrt(d2)
         patch = wi * (wp.abs(wp.dot(area, wi)) / d2)
         flux += patch
@@ -437,5 +438,5 @@ def shaped_triangle(
             if node == 1:
                 break
             piece = piece_of(triangle, node)
-    total.center = total.center / wp.max(sum_of_amounts, 1.0e-30)
+    total.center = total.center / wp.max(sum_of_amounts, LEAST_DIVISOR)
     return total

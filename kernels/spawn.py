@@ -6,7 +6,7 @@ import warp as wp
 
 from .bounds import widest_axis
 from .constants import RIM, SPAWN_OFFSET, TRIANGLES
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface
 from .transform import transform_vector
 from .triangle import triangle_corners

@@ -5,10 +5,10 @@
 import warp as wp
 
 from .bvh_structs import Hit
-from .constants import GREAT_TRIANGLE, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
+from .constants import GREAT_TRIANGLE, LEAST_DIVISOR, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
 from .primvar import NORMALS_SLOT, primvar_corner
+from .scene_structs import InstanceData, MeshData, SceneData
 from .shape_surface import first_control, point_on_shape
-from .structs import InstanceData, MeshData, SceneData
 from .transform import transform_magnitudes, transform_normal, transform_point, transform_vector
 from .triangle import Triangle, load_triangle
 from .vector import max_magnitude
@@ -141,7 +141,7 @@ def place_on_triangle(
     n_local = wp.normalize(triangle.across)
     n_world = transform_normal(placed.local_from_world, n_local)
     # Planes that are 1 apart in the mesh's space are this far apart in the world.
-    plane_scale = 1.0 / wp.max(wp.length(n_world), 1.0e-30)
+    plane_scale = 1.0 / wp.max(wp.length(n_world), LEAST_DIVISOR)
     s.n_geometric = n_world * plane_scale
 
     # The point by barycentrics is on the triangle to within roundings of its corners; that along the ray, of the ray.
@@ -195,7 +195,7 @@ def place_on_shape(
     s.position = transform_point(placed.world_from_local, point.position)
     n_world = transform_normal(placed.local_from_world, point.normal)
     # Planes that are 1 apart in the shape's space are this far apart in the world.
-    plane_scale = 1.0 / wp.max(wp.length(n_world), 1.0e-30)
+    plane_scale = 1.0 / wp.max(wp.length(n_world), LEAST_DIVISOR)
     s.n_geometric = n_world * (plane_scale * mesh.outward)
     s.n_shading = s.n_geometric
     sums = wp.vec3(point.magnitude, point.magnitude, point.magnitude)

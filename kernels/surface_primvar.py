@@ -6,8 +6,8 @@ import warp as wp
 
 from .constants import PARAMETRIC
 from .primvar import primvar_corner, primvar_row
+from .scene_structs import PrimvarData, SceneData
 from .shape_surface import first_control, shape_axis, shape_st
-from .structs import PrimvarData, SceneData
 from .surface import Surface
 from .transform import transform_normal, transform_point, transform_vector
 from .triangle import triangle_corners

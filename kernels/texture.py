@@ -5,7 +5,7 @@
 import warp as wp
 
 from .constants import FOOTPRINT_MAX, MAX_ANISOTROPY
-from .structs import ImageData, SceneData
+from .scene_structs import ImageData, SceneData
 
 WRAP_BLACK = wp.constant(0)
 WRAP_CLAMP = wp.constant(1)

@@ -6,7 +6,7 @@ import warp as wp
 
 from .magnification import MAG_LINEAR, sample_magnified
 from .ray_differential import coordinate_differential
-from .structs import SceneData, TextureData
+from .scene_structs import SceneData, TextureData
 from .surface import Surface
 from .surface_primvar import eval_primvar
 from .texture import sample_footprint

@@ -15,7 +15,7 @@ from .bvh_group import trace_group
 from .bvh_structs import AccelData, Hit
 from .bvh_traverse import closest_hit_from
 from .camera import make_eye_ray
-from .constants import GROUP, TILE_PIXELS
+from .constants import CELL_HEIGHT, CELL_WIDTH, GROUP, TILE_PIXELS
 from .features import Features
 from .frame_structs import FilmData, FrameData
 from .group_structs import RayGroup
@@ -29,16 +29,11 @@ from .ray_counts import PRIMARY, count
 from .ray_structs import RayTask
 from .ray_tree import eye_task
 from .sampling import pixel_key
+from .scene_structs import SceneData
 from .shadow_queue import close_sum, open_queue, settle
-from .structs import SceneData
 from .surface import Surface
 from .tile_structs import TilePixel, TileTrees
 from .tree_node import visit_node
-
-CELL_WIDTH = wp.constant(8)
-"""Pixels are numbered cell by cell, so that those of a group are neighbours."""
-
-CELL_HEIGHT = wp.constant(4)
 
 CHILDREN = wp.constant(3)
 """At most, of a node: its pass-through, its refraction and its reflection."""

@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .structs import mat34
+from .scene_structs import mat34
 
 
 @wp.func

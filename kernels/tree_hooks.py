@@ -8,7 +8,7 @@ from .bvh_structs import Hit
 from .observer import CostCounter, Observer, TreeRecorder, observed
 from .ray_structs import RayTask
 from .response import Shading
-from .structs import SceneData
+from .scene_structs import SceneData
 from .surface import Surface, element_of
 from .tree_record import EYE, PASSAGE, REFLECTION, REFRACTION, TRACED, NodeRecord
 

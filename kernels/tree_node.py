@@ -16,9 +16,9 @@ from .observer import Observer, observed
 from .per_type import per_type
 from .ray_differential import track_hit
 from .ray_structs import RayTask
+from .scene_structs import SceneData
 from .shading import local_illumination
 from .shadow_queue import Shadows
-from .structs import SceneData
 from .surface import Surface
 from .tile_structs import EyePath
 from .tree_hooks import tell_background, tell_local, tell_ray, tell_surface

@@ -4,7 +4,8 @@
 
 import warp as wp
 
-from .structs import SceneData
+from .constants import LEAST_DIVISOR
+from .scene_structs import SceneData
 from .vector import max_magnitude
 
 
@@ -16,7 +17,7 @@ class Triangle:
     p1: wp.vec3
     p2: wp.vec3
     size: wp.float32
-    """Largest coordinate of its edges, at least 1e-30."""
+    """Largest coordinate of its edges, at least LEAST_DIVISOR."""
     e1: wp.vec3
     """From ``p0`` to ``p1``, over ``size``; so too ``e2``, to ``p2``."""
     e2: wp.vec3
@@ -45,7 +46,7 @@ def load_triangle(scene: wp.ref[SceneData], mesh: int, triangle: int) -> Triangl
     result.p2 = p2
     e1 = p1 - p0
     e2 = p2 - p0
-    result.size = wp.max(wp.max(max_magnitude(e1), max_magnitude(e2)), 1.0e-30)
+    result.size = wp.max(wp.max(max_magnitude(e1), max_magnitude(e2)), LEAST_DIVISOR)
     result.e1 = e1 / result.size
     result.e2 = e2 / result.size
     result.across = wp.cross(result.e1, result.e2)

@@ -9,7 +9,7 @@ Where a footprint is wider than a tile, the means of the tiles that there are ar
 import warp as wp
 
 from .constants import SEAM
-from .structs import ImageData, SceneData
+from .scene_structs import ImageData, SceneData
 from .texture import WRAP_CLAMP, make_probes, sample_image
 
 

@@ -7,7 +7,7 @@ import warp as wp
 from .codes import HOLDS_OUT, SEEN_BY_BOUNCES, SEEN_BY_EYE
 from .features import Features, PlainScene
 from .per_type import per_type
-from .structs import SceneData
+from .scene_structs import SceneData
 
 
 @wp.func

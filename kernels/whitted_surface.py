@@ -10,8 +10,8 @@ from .features import Features
 from .material_input import input_float, input_vec3
 from .per_type import per_type
 from .response import MODEL_WHITTED, Shading
+from .scene_structs import MaterialData, SceneData
 from .shading_normal import shading_normal
-from .structs import MaterialData, SceneData
 from .surface import Surface
 
 _AMBIENT = wp.constant(WHITTED_INPUTS.index("ambient"))

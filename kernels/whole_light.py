@@ -11,6 +11,7 @@ from .constants import (
     FAR_FOCUS,
     FAR_LIGHT,
     FOCUS_CELLS,
+    LEAST_DIVISOR,
     LIGHT_CELLS,
     LIGHT_CELLS_FINE,
     LIGHT_CELLS_MAX,
@@ -40,7 +41,7 @@ from .light_variation import (
 from .outline import SeenPart, bounding_square, cone_flux, outlined_light
 from .profile import profile_factor
 from .sample_light import light_radiance, sample_extent
-from .structs import SceneData
+from .scene_structs import SceneData
 from .vector import max_magnitude
 from .whole_mesh import mesh_light
 
@@ -188,7 +189,7 @@ def mean_radiance(
                 second += brightness * brightness * weight
     if whole > 0.0:
         mean.radiance = total / whole
-        mean.share = first * (first / wp.max(second * whole, 1.0e-30))
+        mean.share = first * (first / wp.max(second * whole, LEAST_DIVISOR))
     else:
         mean.radiance = light_emission(scene, light, position, wp.normalize(seen.middle), wp.length(seen.middle))
         mean.share = 1.0

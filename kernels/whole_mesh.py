@@ -6,13 +6,13 @@ import warp as wp
 
 from .cluster_walk import next_cluster
 from .codes import VARIED
-from .constants import LIGHT_CLEARANCE, SEEN_POINTS
+from .constants import LEAST_DIVISOR, LIGHT_CLEARANCE, SEEN_POINTS
 from .light import LightSample
 from .light_structs import LightData, LightMeshData
 from .mesh_parts import part_of_mesh
 from .mesh_visibility import SeenPoints, is_free, look_past_rest
+from .scene_structs import SceneData
 from .shaped_mesh import grain_of
-from .structs import SceneData
 from .vector import face_forward
 
 
@@ -70,7 +70,7 @@ def sum_parts(
         node = next_cluster(node, part.is_cut != 0)
         if node == 1:
             break
-    sum.middle = sum.middle / wp.max(sum.amount, 1.0e-30)
+    sum.middle = sum.middle / wp.max(sum.amount, LEAST_DIVISOR)
     return sum
 
 
@@ -191,7 +191,7 @@ def whole_mesh(
     if (light.varies & VARIED) == 0:
         s.irradiance = light.emission * total
     else:
-        s.irradiance = sum.arriving / wp.max(wp.dot(n, s.wi), 1.0e-30)
+        s.irradiance = sum.arriving / wp.max(wp.dot(n, s.wi), LEAST_DIVISOR)
     return s
 
 

@@ -17,8 +17,8 @@ from warp_rt.bvh.stacks import make_stacks
 from warp_rt.kernels.bvh_structs import AccelData, Stacks, stack_of_thread
 from warp_rt.kernels.bvh_traverse import closest_hit, closest_hit_from
 from warp_rt.kernels.observer import Unobserved
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.kernels.spawn import spawn_origin
-from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import make_surface
 from warp_rt.scene import Instances, Material, MaterialModel, Scene, ShapeKind, Shapes
 from warp_rt.upload.device_scene import upload_scene

@@ -15,7 +15,7 @@ from warp_rt.kernels.group_structs import RayGroup
 from warp_rt.kernels.group_surfaces import find_surfaces, surface_in_group
 from warp_rt.kernels.line_hit import surface_on_line
 from warp_rt.kernels.ray_structs import RayTask
-from warp_rt.kernels.structs import InstanceData, SceneData
+from warp_rt.kernels.scene_structs import InstanceData, SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.scene import Instances, Mesh, Primvar, Scene, ShapeKind, Shapes
 from warp_rt.upload.device_scene import upload_scene

@@ -10,7 +10,7 @@ import warp as wp
 from warp_rt import Scene, build_accel
 from warp_rt.kernels.bvh_structs import Hit
 from warp_rt.kernels.line_hit import correct_hit
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.kernels.transform import transform_vector
 from warp_rt.kernels.triangle import load_triangle
 from warp_rt.upload.device_scene import upload_scene

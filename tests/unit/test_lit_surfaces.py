@@ -25,8 +25,8 @@ from warp_rt.kernels.lit_surfaces import (
 )
 from warp_rt.kernels.number_rows import row_vector
 from warp_rt.kernels.response import MODEL_WHITTED, Shading
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.kernels.spawn import spawn_origin
-from warp_rt.kernels.structs import SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.kernels.tile_structs import LitSurfaces
 from warp_rt.kernels.whole_light import whole_light

@@ -9,16 +9,15 @@ import pytest
 import warp as wp
 
 from warp_rt.kernels.constants import MERIDIAN_CELLS
-from warp_rt.kernels.light_structs import LightData, MeridianData
-from warp_rt.kernels.outline import SeenPart, outlined_light
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.light_structs import MeridianData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.scene import Light, LightKind, Profile
-from warp_rt.upload.device_lights import light_record
 from warp_rt.upload.light_tables import LightTables
 from warp_rt.upload.meridian_tables import meridian_record
 from warp_rt.warp_setup import init_warp
 
 from ..lights_float64 import arriving, patches
+from ..lights_on_device import no_tables, see_outline, upload_light
 
 init_warp()
 WHITE = (1.0, 1.0, 1.0)
@@ -26,25 +25,10 @@ DOWN = np.diag([1.0, -1.0, -1.0, 1.0])  # shines along +Z, at what is above it
 KINDS = [LightKind.RECT, LightKind.DISK, LightKind.SPHERE, LightKind.CYLINDER]
 
 
-@wp.kernel
-def see_all(
-    scene: SceneData,
-    lights: wp.array[LightData],
-    positions: wp.array[wp.vec3],
-    normals: wp.array[wp.vec3],
-    seen: wp.array[SeenPart],
-):
-    """See a light from places of a surface."""
-    i = wp.tid()
-    seen[i] = outlined_light(scene, lights[0], positions[i], normals[i])
-
-
 def see(light: Light, positions: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the flux by focus, cone and profile, and that without the focus: float32, shape [n, 3] each."""
-    tables = LightTables(lambda light: (-1, np.ones(3)))
-    record = np.zeros(1, LightData.numpy_dtype())
-    for name, value in light_record(light, np.zeros(3), tables).items():
-        record[0][name] = value
+    tables = no_tables()
+    record = upload_light(light, tables)
     rows = np.zeros(len(tables.meridians), MeridianData.numpy_dtype())
     for row, fields in zip(rows, tables.meridians, strict=True):
         for name, value in fields.items():
@@ -52,15 +36,7 @@ def see(light: Light, positions: np.ndarray, normals: np.ndarray) -> tuple[np.nd
     scene = SceneData()
     scene.meridians = wp.array(rows, dtype=MeridianData, device="cpu")
     scene.meridian_sums = wp.array(tables.meridian_sums(), dtype=wp.vec4, device="cpu")
-    seen = wp.zeros(len(positions), dtype=SeenPart, device="cpu")
-    inputs = [wp.array(np.float32(rows), dtype=wp.vec3, device="cpu") for rows in (positions, normals)]
-    wp.launch(
-        see_all,
-        len(positions),
-        [scene, wp.array(record, dtype=LightData, device="cpu"), *inputs, seen],
-        device="cpu",
-    )
-    shaped = seen.numpy()["shaped"]
+    shaped = see_outline(scene, record, positions, normals)["shaped"]
     return shaped["focused"], shaped["open"]
 
 

@@ -8,39 +8,22 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.kernels.light_structs import LightData
-from warp_rt.kernels.outline import SeenPart, cone_flux, edge_flux, outlined_light
+from warp_rt.kernels.outline import cone_flux, edge_flux
 from warp_rt.kernels.profile import end_factor
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.scene import Light, LightKind
 from warp_rt.warp_setup import init_warp
 
 from ..lights_float64 import arriving, patches
-from .test_sample_light import upload
+from ..lights_on_device import see_outline, upload_light
 
 init_warp()
 UP = wp.vec3(0.0, 0.0, 1.0)
 
 
-@wp.kernel
-def see_all(
-    scene: SceneData,
-    lights: wp.array[LightData],
-    positions: wp.array[wp.vec3],
-    normals: wp.array[wp.vec3],
-    seen: wp.array[SeenPart],
-):
-    """See a light from places of a surface."""
-    i = wp.tid()
-    seen[i] = outlined_light(scene, lights[0], positions[i], normals[i])
-
-
 def see(light: Light, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return flux and middle: float32, shape [n, 2, 3]."""
-    seen = wp.zeros(len(positions), dtype=SeenPart, device="cpu")
-    inputs = [wp.array(np.float32(rows), dtype=wp.vec3, device="cpu") for rows in (positions, normals)]
-    wp.launch(see_all, len(positions), [SceneData(), upload(light), *inputs, seen], device="cpu")
-    rows = seen.numpy()
+    rows = see_outline(SceneData(), upload_light(light), positions, normals)
     return np.stack([rows["flux"], rows["middle"]], axis=1)
 
 

@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.kernels.light_structs import LightCluster, LightData, LightMeshData, LightTriangle
 from warp_rt.kernels.pick_triangle import pick_triangle
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.scene import Light, LightKind
 from warp_rt.upload.device_lights import light_record
 from warp_rt.upload.light_tables import LightTables

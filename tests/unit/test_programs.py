@@ -16,7 +16,7 @@ from pxr import Usd, UsdShade
 import warp_rt
 from warp_rt.kernels import constants, op_codes
 from warp_rt.kernels.program import eval_program
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.report import Report
 from warp_rt.scene import Input, Material, MaterialModel, Scene

@@ -16,7 +16,7 @@ from warp_rt.kernels.environment import latlong_differential, latlong_from_direc
 from warp_rt.kernels.light_structs import DomeData
 from warp_rt.kernels.ray_differential import bend_differential, coordinate_differential, reach_on_curve, set_footprint
 from warp_rt.kernels.ray_structs import RayDifferential
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.kernels.surface import make_surface
 from warp_rt.kernels.vector import face_forward
 from warp_rt.scene import Instances, Material, MaterialModel, Mesh, Primvar, ShapeKind, Shapes

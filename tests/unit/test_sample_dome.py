@@ -17,7 +17,7 @@ from warp_rt.kernels.sample_dome import (
 )
 from warp_rt.kernels.sample_gloss import ggx_pdf, sample_ggx
 from warp_rt.kernels.sampling import sequence_point
-from warp_rt.kernels.structs import SceneData
+from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.upload.dome import bright_cells
 from warp_rt.warp_setup import init_warp
 

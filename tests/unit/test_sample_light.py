@@ -12,11 +12,10 @@ from warp_rt.kernels.light_structs import LightData
 from warp_rt.kernels.sample_light import meet_extent, sample_extent
 from warp_rt.kernels.sampling import sequence_point
 from warp_rt.scene import Light, LightKind
-from warp_rt.upload.device_lights import light_record
-from warp_rt.upload.light_tables import LightTables
 from warp_rt.warp_setup import init_warp
 
 from ..lights_float64 import arriving
+from ..lights_on_device import upload_light
 
 init_warp()
 COUNT = 1 << 14
@@ -48,18 +47,10 @@ def meet_all(lights: wp.array[LightData], position: wp.vec3, directions: wp.arra
     out[i] = wp.vec2(t.pdf, t.distance)
 
 
-def upload(light: Light) -> wp.array:
-    """Return the light as a kernel reads it."""
-    record = np.zeros(1, LightData.numpy_dtype())
-    for name, value in light_record(light, np.zeros(3), LightTables(lambda light: (-1, np.ones(3)))).items():
-        record[0][name] = value
-    return wp.array(record, dtype=LightData, device="cpu")
-
-
 def sample(light: Light, position: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return directions, distances and densities, the last two also as the light is met: [n, 3], [n, 2], [n, 2]."""
     arrays = [wp.zeros(COUNT, dtype=kind, device="cpu") for kind in (wp.vec3, wp.vec2, wp.vec2)]
-    wp.launch(sample_all, dim=COUNT, inputs=[upload(light), wp.vec3(*position), *arrays], device="cpu")
+    wp.launch(sample_all, dim=COUNT, inputs=[upload_light(light), wp.vec3(*position), *arrays], device="cpu")
     return tuple(array.numpy().astype(float) for array in arrays)
 
 
@@ -160,7 +151,7 @@ def test_densities_integrate_to_one(name: str) -> None:
     directions = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], -1)
     out = wp.zeros(len(directions), dtype=wp.vec2, device="cpu")
     given = wp.array(directions.astype(np.float32), dtype=wp.vec3, device="cpu")
-    wp.launch(meet_all, dim=len(directions), inputs=[upload(source), wp.vec3(*place), given, out], device="cpu")
+    wp.launch(meet_all, dim=len(directions), inputs=[upload_light(source), wp.vec3(*place), given, out], device="cpu")
     assert out.numpy()[:, 0].mean() * 4 * np.pi == pytest.approx(1, rel=1e-2)
 
 

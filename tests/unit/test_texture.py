@@ -6,42 +6,22 @@ from itertools import product
 
 import numpy as np
 import pytest
-import warp as wp
 
-from warp_rt.kernels.structs import SceneData
-from warp_rt.kernels.texture_node import eval_texture
 from warp_rt.scene import Image, Instances, MagFilter, Scene, Texture, Wrap
 from warp_rt.scene.texture_values import grid_values, texture_values
 from warp_rt.upload.device_scene import upload_scene
 from warp_rt.warp_setup import init_warp
 
+from ..texture_lookups import look_up_texture
+
 init_warp()
-
-
-@wp.kernel
-def look_up(
-    scene: SceneData, uv: wp.array[wp.vec2], across: wp.array[wp.vec2], down: wp.array[wp.vec2], out: wp.array[wp.vec4]
-):
-    i = wp.tid()
-    out[i] = eval_texture(scene, scene.textures[0], uv[i], across[i], down[i])
 
 
 def evaluate(
     pixels: np.ndarray, uv: np.ndarray, *, across: object = (0, 0), down: object = (0, 0), **fields: object
 ) -> np.ndarray:
-    none = np.zeros(0, np.int32)
-    scene = Scene(
-        meshes=(),
-        instances=Instances(none, np.zeros((0, 4, 4)), none, none, none, none),
-        textures=(Texture(0, **fields),),  # type: ignore[arg-type]
-        images=(Image("test", pixels),),
-    )
-    device_scene = upload_scene(scene, device="cpu")
-    out = wp.zeros(len(uv), dtype=wp.vec4, device="cpu")
-    rows = [np.broadcast_to(np.asarray(pairs, np.float32), (len(uv), 2)).copy() for pairs in (uv, across, down)]
-    pairs = [wp.array(row, dtype=wp.vec2, device="cpu") for row in rows]
-    wp.launch(look_up, dim=len(uv), inputs=[device_scene.data, *pairs, out], device="cpu")
-    return out.numpy()
+    texture = Texture(0, **fields)  # type: ignore[arg-type]
+    return look_up_texture(texture, [Image("test", pixels)], uv, across, down)
 
 
 def wrapped(index: int, size: int, wrap: Wrap) -> int | None:

@@ -4,42 +4,15 @@
 
 import numpy as np
 import pytest
-import warp as wp
 
-from warp_rt.kernels.structs import SceneData
-from warp_rt.kernels.texture_node import eval_texture
-from warp_rt.scene import Image, Instances, Scene, Texture, Tiles
+from warp_rt.scene import Image, Texture, Tiles
 from warp_rt.scene.texture_values import texture_values
-from warp_rt.upload.device_scene import upload_scene
 from warp_rt.upload.tile_grid import grid_levels
 from warp_rt.warp_setup import init_warp
 
+from ..texture_lookups import look_up_texture
+
 init_warp()
-
-
-@wp.kernel
-def look_up(
-    scene: SceneData, uv: wp.array[wp.vec2], across: wp.array[wp.vec2], down: wp.array[wp.vec2], out: wp.array[wp.vec4]
-):
-    i = wp.tid()
-    out[i] = eval_texture(scene, scene.textures[0], uv[i], across[i], down[i])
-
-
-def evaluate(texture, images, uv, *, across=(0.0, 0.0), down=(0.0, 0.0), texture_filter="anisotropic"):
-    """Return what the kernel makes of texture coordinates, shape [n, 4]."""
-    none = np.zeros(0, np.int32)
-    scene = Scene(
-        meshes=(),
-        instances=Instances(none, np.zeros((0, 4, 4)), none, none, none, none),
-        textures=(texture,),
-        images=tuple(images),
-    )
-    device_scene = upload_scene(scene, device="cpu", texture_filter=texture_filter)
-    rows = [np.broadcast_to(np.asarray(pairs, np.float32), (len(uv), 2)).copy() for pairs in (uv, across, down)]
-    out = wp.zeros(len(uv), dtype=wp.vec4, device="cpu")
-    pairs = [wp.array(row, dtype=wp.vec2, device="cpu") for row in rows]
-    wp.launch(look_up, dim=len(uv), inputs=[device_scene.data, *pairs, out], device="cpu")
-    return out.numpy()
 
 
 def noise(size: tuple[int, int], seed: int, base: float = 0.0) -> Image:
@@ -60,7 +33,7 @@ def test_the_host_evaluates_as_the_kernel_does():
     uv[:4] = [[np.inf, 2.5], [3.5, np.nan], [3e38, -3e38], [-1e30, 2.0]]
     fields = {"scale": (2.0, 1.0, 0.5, 1.0), "bias": (0.5, 0.0, 0.0, 0.0)}
     texture = Texture(0, tiles=TILES, **fields)
-    np.testing.assert_allclose(evaluate(texture, IMAGES, uv), texture_values(texture, IMAGES, uv), atol=2e-3)
+    np.testing.assert_allclose(look_up_texture(texture, IMAGES, uv), texture_values(texture, IMAGES, uv), atol=2e-3)
 
 
 @pytest.mark.parametrize(("row", "place"), PLACES.items())
@@ -69,19 +42,19 @@ def test_each_tile_covers_its_own_square_and_no_texel_of_another_shows(row, plac
     height, width = pixels.shape[:2]
     y, x = np.mgrid[:height, :width]
     centers = np.stack([place[0] + (x + 0.5) / width, place[1] + (y + 0.5) / height], -1).reshape(-1, 2)
-    np.testing.assert_allclose(evaluate(TEXTURE, IMAGES, centers), pixels.reshape(-1, 4), atol=2e-4)
+    np.testing.assert_allclose(look_up_texture(TEXTURE, IMAGES, centers), pixels.reshape(-1, 4), atol=2e-4)
     # Half a texel from every edge a tile is its outermost texels: nothing is interpolated across the border.
     edges = np.array([place, (place[0] + 0.9999, place[1] + 0.9999)])
-    np.testing.assert_allclose(evaluate(TEXTURE, IMAGES, edges), [pixels[0, 0], pixels[-1, -1]], atol=2e-3)
+    np.testing.assert_allclose(look_up_texture(TEXTURE, IMAGES, edges), [pixels[0, 0], pixels[-1, -1]], atol=2e-3)
 
 
 def test_where_no_tile_is_there_is_nothing_but_for_seams_on_the_edges_of_tiles():
     inside = np.array([(4.5, 1.5), (2.5, 2.5), (1.5, 1.5), (5.5, 2.5), (3.5, 0.5), (3.5, 3.5)])
-    np.testing.assert_array_equal(evaluate(TEXTURE, IMAGES, inside), 0.0)
+    np.testing.assert_array_equal(look_up_texture(TEXTURE, IMAGES, inside), 0.0)
     # Tile 0 ends at v = 2, tile 1 at u = 4, tile 3 at u = 5, where no tile follows.
     seams = np.array([(2.5, 2.0), (4.0, 1.5), (5.0, 2.5), (5.0, 3.0)])
     expected = [IMAGES[k].pixels[..., 0] for k in (0, 1, 3, 3)]
-    got = evaluate(TEXTURE, IMAGES, seams)[:, 0]
+    got = look_up_texture(TEXTURE, IMAGES, seams)[:, 0]
     assert all(pixels.min() <= value <= pixels.max() for value, pixels in zip(got, expected, strict=True))
 
 
@@ -92,9 +65,9 @@ def test_tiles_end_at_their_edges_where_none_follows():
     edges = np.array([(2.5, 2.0), (4.0, 1.5), (5.0, 2.5), (4.5, 3.0)])
     for part in (0.4, 0.1, 1e-3):
         step = part * texel[:, None] * out
-        for found in (evaluate(TEXTURE, IMAGES, edges + step), texture_values(TEXTURE, IMAGES, edges + step)):
+        for found in (look_up_texture(TEXTURE, IMAGES, edges + step), texture_values(TEXTURE, IMAGES, edges + step)):
             np.testing.assert_array_equal(found, 0.0)
-        for found in (evaluate(TEXTURE, IMAGES, edges - step), texture_values(TEXTURE, IMAGES, edges - step)):
+        for found in (look_up_texture(TEXTURE, IMAGES, edges - step), texture_values(TEXTURE, IMAGES, edges - step)):
             assert (found[:, 3] > 0).all()
 
 
@@ -102,7 +75,7 @@ def test_what_rounding_puts_beyond_a_tile_is_on_its_edge():
     """In the kernel and on the host, up to the same distance, which grows with the coordinate as rounding does."""
     beyond = np.array([(4.0 + 1.5e-5, 1.5), (2.5, 2.0 + 0.8e-5), (4.0 + 2.5e-5, 1.5), (2.5, 2.0 + 1.3e-5)])
     is_there = [True, True, False, False]  # tile 1 ends at 2 across the grid, tile 0 at 1 up
-    assert (evaluate(TEXTURE, IMAGES, beyond)[:, 3] > 0).tolist() == is_there
+    assert (look_up_texture(TEXTURE, IMAGES, beyond)[:, 3] > 0).tolist() == is_there
     assert (texture_values(TEXTURE, IMAGES, beyond)[:, 3] > 0).tolist() == is_there
 
 
@@ -113,7 +86,7 @@ def test_a_footprint_within_a_tile_is_its_mean_there(row, place, size):
     pixels = IMAGES[row].pixels.astype(float)
     rng = np.random.default_rng(6)
     local = rng.uniform(size / 2, 1 - size / 2, (60, 2))
-    got = evaluate(TEXTURE, IMAGES, local + place, across=(size, 0), down=(0, size))
+    got = look_up_texture(TEXTURE, IMAGES, local + place, across=(size, 0), down=(0, size))
     spots = (np.arange(64) + 0.5) / 64 * size - size / 2
     truth = []
     for u, v in local:
@@ -130,7 +103,7 @@ def test_nothing_of_its_neighbours_gets_into_a_tile(row, place, footprint):
     """They are 10 brighter or darker, or black: a tenth of one would show."""
     pixels = IMAGES[row].pixels
     spots = np.array([(u, v) for u in (0.01, 0.5, 0.99) for v in (0.01, 0.5, 0.99)])
-    got = evaluate(TEXTURE, IMAGES, spots + place, across=footprint[0], down=footprint[1])
+    got = look_up_texture(TEXTURE, IMAGES, spots + place, across=footprint[0], down=footprint[1])
     assert (np.abs(got - pixels.mean(axis=(0, 1))) < 0.5).all()
 
 
@@ -142,14 +115,14 @@ def test_a_plane_over_many_tiles_keeps_its_mean_at_every_distance():
     y, x = np.mgrid[:96, :144]
     uv = np.stack([(x + 0.5) / 48, (y + 0.5) / 48], -1).reshape(-1, 2)
     for size in (1 / 16, 1 / 4, 1.0):
-        got = evaluate(texture, images, uv, across=(size, 0), down=(0, size))
+        got = look_up_texture(texture, images, uv, across=(size, 0), down=(0, size))
         np.testing.assert_allclose(got.mean(axis=0), mean, rtol=0.01)
 
 
 @pytest.mark.parametrize("size", [16.0, 1e30, np.inf])
 def test_from_afar_all_tiles_are_seen_and_absent_ones_do_not_darken_them(size):
     uv = np.array([[2.5, 1.5], [4.2, 2.7]])
-    got = evaluate(TEXTURE, IMAGES, uv, across=(size, 0), down=(0, size))
+    got = look_up_texture(TEXTURE, IMAGES, uv, across=(size, 0), down=(0, size))
     # Means of the columns and rows there are, halved as texels are: 3 columns become 2, 1.5 of a column each.
     expected = next(level for level in grid_levels(*_means()) if level.shape[:2] == (1, 1))[0, 0]
     np.testing.assert_allclose(got, [expected] * 2, rtol=1e-4)
@@ -188,5 +161,5 @@ def test_holes_of_a_grid_take_what_is_about_them():
 
 def test_without_filtering_tiles_are_read_as_they_are():
     uv = np.array([[3.3, 2.6], [2.2, 1.9]])
-    plain = evaluate(TEXTURE, IMAGES, uv, texture_filter="bilinear")
-    np.testing.assert_array_equal(plain, evaluate(TEXTURE, IMAGES, uv))
+    plain = look_up_texture(TEXTURE, IMAGES, uv, texture_filter="bilinear")
+    np.testing.assert_array_equal(plain, look_up_texture(TEXTURE, IMAGES, uv))

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image as PilImage
-from pxr import Usd
 
 import warp_rt
 from warp_rt.scene import Mesh, Scene
 from warp_rt.usd.volumes import encloses_volume
+
+from ..stages import stage_of
 
 QUAD = """
     point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0)]
@@ -57,9 +58,7 @@ def load(body: str, folder: Path | None = None, **options) -> Scene:
     if folder is not None:
         (folder / "stage.usda").write_text(f"#usda 1.0\n{body}")
         return warp_rt.load_scene(folder / "stage.usda", **options)
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{body}")
-    return warp_rt.load_scene(stage, **options)
+    return warp_rt.load_scene(stage_of(body), **options)
 
 
 def only(scene: Scene) -> Mesh:

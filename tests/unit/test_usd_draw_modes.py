@@ -13,12 +13,13 @@ import numpy as np
 import OpenEXR
 import pytest
 from PIL import Image as PilImage
-from pxr import Usd
 
 from warp_rt import Renderer, RenderOptions
 from warp_rt.scene import Mesh, Scene, ShapeKind, Shapes
 from warp_rt.usd.draw_modes import LINE_WIDTH
 from warp_rt.usd.load import load_stage
+
+from ..stages import stage_of
 
 API = 'prepend apiSchemas = ["GeomModelAPI"]'
 EXTENT = "float3[] extentsHint = [(-1, -2, -3), (1, 2, 5)]"
@@ -37,9 +38,7 @@ FRAMES = {
 
 def load(body: str, folder: Path | None = None, **options) -> Scene:
     if folder is None:
-        stage = Usd.Stage.CreateInMemory()
-        stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{body}\n")
-        return load_stage(stage, **options)
+        return load_stage(stage_of(body), **options)
     file = folder / "stage.usda"
     file.write_text(f"#usda 1.0\n{body}\n")
     return load_stage(file, **options)

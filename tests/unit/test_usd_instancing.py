@@ -10,6 +10,8 @@ from warp_rt.errors import LimitError
 from warp_rt.scene import Scene
 from warp_rt.usd.load import load_stage
 
+from ..stages import stage_of
+
 TRIANGLE = """
     point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]
     int[] faceVertexCounts = [3]
@@ -20,12 +22,6 @@ TRIANGLE = """
 
 def translate(x: float, y: float = 0, z: float = 0) -> str:
     return f'double3 xformOp:translate = ({x}, {y}, {z})\nuniform token[] xformOpOrder = ["xformOp:translate"]\n'
-
-
-def stage_of(body: str) -> Usd.Stage:
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{body}\n")
-    return stage
 
 
 def load(body: str) -> Scene:

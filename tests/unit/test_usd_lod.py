@@ -7,10 +7,12 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from pxr import Usd, UsdGeom
+from pxr import UsdGeom
 
 from warp_rt.scene import Scene
 from warp_rt.usd.load import load_stage
+
+from ..stages import stage_of
 
 ROOT = 'prepend apiSchemas = ["LODRootAPI"]'
 OVERRIDE = 'prepend apiSchemas = ["LODOverrideAPI"]'
@@ -27,12 +29,6 @@ LEVELS = """
         }
     }
 """
-
-
-def stage_of(body: str) -> Usd.Stage:
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{body}\n")
-    return stage
 
 
 def load(body: str, **options) -> Scene:

@@ -20,18 +20,14 @@ from warp_rt.usd.load import load_stage
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.walk import Limits, StageWalk
 
+from ..stages import stage_of
+
 TRIANGLE = """
     point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]
     int[] faceVertexCounts = [3]
     int[] faceVertexIndices = [0, 1, 2]
     uniform token subdivisionScheme = "none"
 """
-
-
-def stage_of(body: str) -> Usd.Stage:
-    stage = Usd.Stage.CreateInMemory()
-    stage.GetRootLayer().ImportFromString(f"#usda 1.0\n{body}\n")
-    return stage
 
 
 def load(body: str, **options) -> Scene:

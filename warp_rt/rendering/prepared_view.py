@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.bvh.accel import Accel
 from warp_rt.device.arrays import array_of_one
-from warp_rt.kernels import frame_structs, structs
+from warp_rt.kernels import frame_structs, scene_structs
 from warp_rt.options import RenderOptions
 from warp_rt.rendering.film_camera import camera_data, choose_camera, exposed, frame_camera
 from warp_rt.rendering.frame import frame_data
@@ -45,7 +45,7 @@ class PreparedView:
         eye = camera_data(self.camera, *size, self.scene.settings, self.device_scene.origin, accel.device)
         frame = frame_data(options, self.scene, eye)
         return [
-            array_of_one(self.device_scene.data, structs.SceneData, accel.device),
+            array_of_one(self.device_scene.data, scene_structs.SceneData, accel.device),
             accel.table,
             array_of_one(frame, frame_structs.FrameData, accel.device),
         ]

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device.arrays import Joined, Packer
-from warp_rt.kernels import structs
+from warp_rt.kernels import scene_structs
 from warp_rt.scene import Dome, Light, Scene, Texture, Tiles
 from warp_rt.srgb import linear_from_srgb
 from warp_rt.upload.dome import mean_color
@@ -124,7 +124,7 @@ class DeviceImages:
             self._table[row]["level_count"] = len(self._table) - row
             entries += [self.row(image, is_srgb=is_srgb) for line in tiles.images for image in line]
         self._tiles = pack.array(np.array(entries, np.int32), wp.int32)
-        self._records = pack.records(structs.ImageData, self._table)
+        self._records = pack.records(scene_structs.ImageData, self._table)
         self._texels_byte = pack.chunks(texels.bytes.parts, wp.uint32, (), np.uint32)
         self._texels_float = pack.chunks(texels.floats.parts, wp.vec4, (4,), np.float32)
         codes = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)

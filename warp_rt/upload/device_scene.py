@@ -13,7 +13,7 @@ import warp as wp
 
 from warp_rt.device.arrays import Packer
 from warp_rt.device.host_memory import LARGE, give_back_freed
-from warp_rt.kernels import structs
+from warp_rt.kernels import scene_structs
 from warp_rt.kernels.codes import HOLDS_OUT
 from warp_rt.options import SHADOWS, TEXTURE_FILTERS, is_primvar_aov
 from warp_rt.scene import Light, RayMask, Scene
@@ -42,7 +42,7 @@ class DeviceScene:
     """A scene's shading data on a device; holding this object keeps its memory alive."""
 
     data: Any
-    """``kernels.structs.SceneData``."""
+    """``kernels.scene_structs.SceneData``."""
     device: str
     origin: np.ndarray
     """World point that its coordinates are relative to: float64, shape [3]."""
@@ -85,7 +85,7 @@ def upload_scene(
     shown = {aov: aov.partition(":")[2] for aov in aovs if is_primvar_aov(aov)}
     slots = primvar_slots(scene, shown.values())
     pack = Packer(device)
-    data = structs.SceneData()
+    data = scene_structs.SceneData()
     pack_meshes(data, pack, scene.meshes, placement, slots)
     _pack_instances(data, pack, scene, placement, slots)
     images = DeviceImages.of(
@@ -106,8 +106,8 @@ def upload_scene(
 
 def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceScene:
     """Return the same scene under other lights, without textures or domes; everything else is shared."""
-    data = structs.SceneData()
-    for name in structs.SceneData.vars:
+    data = scene_structs.SceneData()
+    for name in scene_structs.SceneData.vars:
         setattr(data, name, getattr(device_scene.data, name))
     pack_lights(data, Packer(device_scene.device), lights, (), device_scene.origin, device_scene.images)
     return replace(device_scene, data=data)
@@ -115,7 +115,7 @@ def with_lights(device_scene: DeviceScene, lights: Sequence[Light]) -> DeviceSce
 
 def _pack_instances(data: Any, pack: Packer, scene: Scene, placement: Placement, slots: Mapping[str, int]) -> None:
     instances = scene.instances
-    layout = structs.InstanceData.numpy_dtype()
+    layout = scene_structs.InstanceData.numpy_dtype()
     if len(instances) * np.dtype(layout).itemsize > LARGE:
         give_back_freed()
     table = np.zeros(len(instances), layout)
@@ -131,7 +131,7 @@ def _pack_instances(data: Any, pack: Packer, scene: Scene, placement: Placement,
     if instances.is_matte is not None:
         table["flags"] |= np.where(instances.is_matte, int(HOLDS_OUT), 0)
     data.has_hidden = bool((table["flags"] != RayMask.ALL).any())
-    data.instances = pack.adopt(table, structs.InstanceData)
+    data.instances = pack.adopt(table, scene_structs.InstanceData)
     data.material_table = pack.array(instances.material_table.astype(np.int32), wp.int32)
     overrides = {name: rows for name, rows in instances.primvars.items() if name in slots}
     values = np.full((len(slots), len(instances) if overrides else 0, 4), np.nan, np.float32)

@@ -19,7 +19,7 @@ from warp_rt.upload.profile_scales import profile_scales
 
 
 class LinkTable:
-    """Sets of instances as bits, the lowest first: the words of ``kernels.structs.SceneData.links``."""
+    """Sets of instances as bits, the lowest first: the words of ``kernels.scene_structs.SceneData.links``."""
 
     def __init__(self) -> None:
         self._words: list[np.ndarray] = []
@@ -52,15 +52,15 @@ class LightTables:
     def __init__(self, image_of: Callable[[Light], tuple[int, np.ndarray]]) -> None:
         self.links = LinkTable()
         self.shadows: list[dict[str, Any]] = []
-        """Rows of ``kernels.structs.SceneData.shadows``."""
+        """Rows of ``kernels.scene_structs.SceneData.shadows``."""
         self.profiles: list[dict[str, Any]] = []
-        """Rows of ``kernels.structs.SceneData.profiles``."""
+        """Rows of ``kernels.scene_structs.SceneData.profiles``."""
         self.meridians: list[dict[str, Any]] = []
-        """Rows of ``kernels.structs.SceneData.meridians``."""
+        """Rows of ``kernels.scene_structs.SceneData.meridians``."""
         self.textures: list[dict[str, Any]] = []
-        """Rows of ``kernels.structs.SceneData.light_textures``."""
+        """Rows of ``kernels.scene_structs.SceneData.light_textures``."""
         self.meshes: list[dict[str, Any]] = []
-        """Rows of ``kernels.structs.SceneData.light_meshes``."""
+        """Rows of ``kernels.scene_structs.SceneData.light_meshes``."""
         self.triangles: list[np.ndarray] = []
         """Of each of them, of ``kernels.light_structs.LightTriangle``."""
         self.clusters: list[np.ndarray] = []
@@ -118,7 +118,7 @@ class LightTables:
         return self._meridian_rows[key]
 
     def meridian_sums(self) -> np.ndarray:
-        """Return ``kernels.structs.SceneData.meridian_sums``: float32, shape [n, 4]."""
+        """Return ``kernels.scene_structs.SceneData.meridian_sums``: float32, shape [n, 4]."""
         return np.concatenate([np.zeros((0, 4), np.float32), *self._sums])
 
     def add_texture(self, light: Light) -> tuple[int, np.ndarray]:
@@ -175,7 +175,7 @@ class LightTables:
         return len(self.meshes) - 1
 
     def profile_numbers(self) -> np.ndarray:
-        """Return ``kernels.structs.SceneData.profile_numbers``: float32, shape [n]."""
+        """Return ``kernels.scene_structs.SceneData.profile_numbers``: float32, shape [n]."""
         return np.concatenate([np.zeros(0, np.float32), *self._numbers])
 
     def _add_numbers(self, profile: Profile) -> int:

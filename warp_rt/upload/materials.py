@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device.arrays import Packer
-from warp_rt.kernels import structs
+from warp_rt.kernels import scene_structs
 from warp_rt.kernels.codes import INPUT_COUNT, NORMAL_MAP, PREVIEW_INPUTS, WHITTED_INPUTS, WORLD_NORMAL
 from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, Scene, Texture
 from warp_rt.upload.device_images import DeviceImages
@@ -31,9 +31,11 @@ def pack_materials(data: Any, pack: Packer, scene: Scene, slots: Mapping[str, in
         slots: Slot of each primvar that is read.
         images: What textures show.
     """
-    data.materials = pack.records(structs.MaterialData, [_material_record(material) for material in scene.materials])
+    data.materials = pack.records(
+        scene_structs.MaterialData, [_material_record(material) for material in scene.materials]
+    )
     programs = ProgramTable(slots)
-    inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), structs.InputData.numpy_dtype())
+    inputs = np.zeros((len(scene.materials), int(INPUT_COUNT)), scene_structs.InputData.numpy_dtype())
     values = np.zeros((*inputs.shape, 4), np.float32)
     for row, value, material in zip(inputs, values, scene.materials, strict=True):
         for k, name in enumerate(_INPUT_ROWS[material.model]):
@@ -43,11 +45,11 @@ def pack_materials(data: Any, pack: Packer, scene: Scene, slots: Mapping[str, in
             row[k] = (source.texture, primvar, source.channel, source.scale, source.bias, program)
             takes_channel = source.channel >= 0 and not source.varies
             value[k] = source.value[source.channel] if takes_channel else source.value
-    data.inputs = pack.array(inputs.reshape(-1), structs.InputData)
+    data.inputs = pack.array(inputs.reshape(-1), scene_structs.InputData)
     data.input_values = pack.array(values.reshape(-1, 4), wp.vec4)
     programs.pack(data, pack)
     textures = [_texture_record(texture, slots, images) for texture in scene.textures]
-    data.textures = pack.records(structs.TextureData, textures)
+    data.textures = pack.records(scene_structs.TextureData, textures)
 
 
 def _default(model: MaterialModel, name: str) -> Input:
@@ -70,7 +72,7 @@ def _texture_record(texture: Texture, slots: Mapping[str, int], images: DeviceIm
 
 
 def _normal_map(normal: Input | None) -> int:
-    """Return ``kernels.structs.MaterialData.has_normal_map``."""
+    """Return ``kernels.scene_structs.MaterialData.has_normal_map``."""
     if normal is None or not (normal.varies or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)):
         return 0
     return int(WORLD_NORMAL if normal.is_world_normal else NORMAL_MAP)

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device.arrays import Joined, Packer
-from warp_rt.kernels import structs
+from warp_rt.kernels import scene_structs
 from warp_rt.kernels.constants import PARAMETRIC
 from warp_rt.scene import Mesh, Primvar, Scene, Shapes
 from warp_rt.scene.placement import Placement, relative_points
@@ -65,8 +65,8 @@ def pack_meshes(
         slots: Slot of each primvar that is read.
     """
     tables = _MeshTables()
-    mesh_table = np.zeros(len(meshes), structs.MeshData.numpy_dtype())
-    primvar_table = np.zeros((len(meshes), len(slots)), structs.PrimvarData.numpy_dtype())
+    mesh_table = np.zeros(len(meshes), scene_structs.MeshData.numpy_dtype())
+    primvar_table = np.zeros((len(meshes), len(slots)), scene_structs.PrimvarData.numpy_dtype())
     for record, primvars, mesh, origin in zip(mesh_table, primvar_table, meshes, placement.mesh_origins, strict=True):
         tables.add_mesh(record, mesh, origin)
         for name, slot in slots.items():
@@ -77,8 +77,8 @@ def pack_meshes(
     data.primvar_values = pack.chunks(tables.values.parts, wp.float32, (), np.float32)
     data.material_slots = pack.chunks(tables.material_slots.parts, wp.int32, (), np.int32)
     data.face_ids = pack.chunks(tables.face_ids.parts, wp.int32, (), np.int32)
-    data.meshes = pack.array(mesh_table, structs.MeshData)
-    data.primvars = pack.array(primvar_table.reshape(-1), structs.PrimvarData)
+    data.meshes = pack.array(mesh_table, scene_structs.MeshData)
+    data.primvars = pack.array(primvar_table.reshape(-1), scene_structs.PrimvarData)
     data.primvar_count = len(slots)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rt.device.arrays import Packer
-from warp_rt.kernels import op_codes, structs
+from warp_rt.kernels import op_codes, scene_structs
 from warp_rt.scene import Scene
 from warp_rt.scene.placement import Placement
 from warp_rt.scene.programs import Op, Program, Step, Vector4
@@ -54,10 +54,10 @@ class ProgramTable:
     def pack(self, data: Any, pack: Packer) -> None:
         """Write all programs to ``SceneData``."""
         data.programs = pack.array(np.array(self._spans, np.int32).reshape(-1, 2), wp.vec2i)
-        rows = np.zeros(len(self._instructions), structs.InstructionData.numpy_dtype())
+        rows = np.zeros(len(self._instructions), scene_structs.InstructionData.numpy_dtype())
         for row, instruction in zip(rows, self._instructions, strict=True):
             row["op"], row["out"], row["a"], row["b"], row["c"], row["size"], row["data"], row["values"] = instruction
-        data.instructions = pack.array(rows, structs.InstructionData)
+        data.instructions = pack.array(rows, scene_structs.InstructionData)
         data.program_values = pack.array(np.array(self._values, np.float32).reshape(-1, 4), wp.vec4)
 
 
@@ -65,14 +65,14 @@ def pack_spaces(data: Any, pack: Packer, scene: Scene, placement: Placement) -> 
     """Write the spaces of prims, and where coordinates begin, to ``SceneData``: for programs alone."""
     has_programs = any(source.program is not None for m in scene.materials for source in m.inputs.values())
     prims: Sequence[str] = scene.prims if has_programs else ()
-    spaces = np.zeros(len(prims), structs.ObjectSpace.numpy_dtype())
+    spaces = np.zeros(len(prims), scene_structs.ObjectSpace.numpy_dtype())
     matrices = np.tile(np.eye(4), (len(prims), 1, 1))
     for row, matrix in scene.object_from_local.items():
         if row < len(prims):
             matrices[row] = matrix
     spaces["object_from_mesh"] = matrices[:, :3]
     spaces["mesh_from_object"] = np.linalg.inv(matrices)[:, :3]
-    data.object_spaces = pack.array(spaces, structs.ObjectSpace)
+    data.object_spaces = pack.array(spaces, scene_structs.ObjectSpace)
     origins = placement.mesh_origins if has_programs else placement.mesh_origins[:0]
     data.mesh_origins = pack.array(origins.astype(np.float32), wp.vec3)
     data.origin = wp.vec3(*placement.origin.tolist())
