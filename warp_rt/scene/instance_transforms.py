@@ -112,10 +112,10 @@ class ScatteredTransforms(LazyTransforms):
         return len(self._positions)
 
     @property
-    def nbytes(self) -> int:  # noqa: D102
+    def nbytes(self) -> int:
         return sum(part.nbytes for part in (self._positions, self._orientations, self._scales) if part is not None)
 
-    def write(self, rows: np.ndarray, out: np.ndarray) -> None:  # noqa: D102
+    def write(self, rows: np.ndarray, out: np.ndarray) -> None:
         out[:, 3] = 0, 0, 0, 1
         out[:, :3, 3] = self._positions[rows]
         scales = np.ones((3, 1)) if self._scales is None else np.ascontiguousarray(self._scales[rows].T, np.float64)
@@ -152,10 +152,10 @@ class ChosenTransforms(LazyTransforms):
         return len(self._rows)
 
     @property
-    def nbytes(self) -> int:  # noqa: D102
+    def nbytes(self) -> int:
         return self._transforms.nbytes + self._rows.nbytes
 
-    def write(self, rows: np.ndarray, out: np.ndarray) -> None:  # noqa: D102
+    def write(self, rows: np.ndarray, out: np.ndarray) -> None:
         self._transforms.write(self._rows[rows], out)
 
 
@@ -175,10 +175,10 @@ class NestedTransforms(LazyTransforms):
         return len(self._outer) * len(self._inner)
 
     @property
-    def nbytes(self) -> int:  # noqa: D102
+    def nbytes(self) -> int:
         return self._outer.nbytes + self._inner.nbytes
 
-    def write(self, rows: np.ndarray, out: np.ndarray) -> None:  # noqa: D102
+    def write(self, rows: np.ndarray, out: np.ndarray) -> None:
         outer, inner = np.divmod(rows, len(self._inner))
         if len(self._inner) == 1:  # one product of tall matrices is many times as fast
             np.matmul(self._outer[outer].reshape(-1, 4), self._inner[0], out=out.reshape(-1, 4))
@@ -204,10 +204,10 @@ class JoinedTransforms(LazyTransforms):
         return int(self._ends[-1]) if self._parts else 0
 
     @property
-    def nbytes(self) -> int:  # noqa: D102
+    def nbytes(self) -> int:
         return sum(part.nbytes for part in self._parts)
 
-    def write(self, rows: np.ndarray, out: np.ndarray) -> None:  # noqa: D102
+    def write(self, rows: np.ndarray, out: np.ndarray) -> None:
         holders = np.searchsorted(self._ends, rows, "right")
         for holder in np.unique(holders):
             own = np.flatnonzero(holders == holder)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from warp_rt.stand_ins import shown_path
 from warp_rt.tree.nodes import Color, Fate, LightTerm, Place, RayKind, TreeNode
@@ -276,9 +276,9 @@ def whole_of(tree: PixelTree) -> Color:
     return _sum(root.value for root in tree.roots)
 
 
-def _sum(colors: object) -> Color:
+def _sum(colors: Iterable[Color]) -> Color:
     red = green = blue = 0.0
-    for r, g, b in colors:  # type: ignore[attr-defined]
+    for r, g, b in colors:
         red, green, blue = red + r, green + g, blue + b
     return red, green, blue
 
