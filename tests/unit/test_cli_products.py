@@ -238,7 +238,11 @@ def asking(*products: Product, time: float | None = None) -> SimpleNamespace:
 
 @pytest.mark.parametrize(
     ("time", "frames", "files"),
-    [(1.0, None, ["a.0001.png"]), (None, None, ["a.0000.png"]), (1.0, "3:4", ["a.0003.png", "a.0004.png"])],
+    [
+        (1.0, None, ["a.0001.png"]),
+        (None, None, ["a.0000.png"]),
+        (1.0, "3:4", ["a.0003.png", "a.0004.png"]),
+    ],
 )
 def test_a_placeholder_takes_the_number_of_the_frame_that_is_drawn(
     time: float | None, frames: str | None, files: list[str]
@@ -268,6 +272,20 @@ def test_frames_that_have_one_name_are_refused_beside_others() -> None:
     product = Product("/P", "", Settings(), names=((1.0, "a.exr"), (3.0, "b.exr")))
     with pytest.raises(OutputError, match=r"a\.exr: more than one picture"):
         product_shots(asking(product), "all", "1:3")
+
+
+@pytest.mark.parametrize(
+    ("frames", "files"),
+    [
+        ("1:2", ["a.0001.exr", "a.0002.exr"]),
+        ("1:2x0.5", ["a.0001.0.exr", "a.0001.5.exr", "a.0002.0.exr"]),
+        ("1 1.25", ["a.0001.00.exr", "a.0001.25.exr"]),
+        ("1.25", ["a.exr"]),
+    ],
+)
+def test_numbers_have_the_decimals_that_frames_need(frames: str, files: list[str]) -> None:
+    shots, _ = product_shots(asking(Product("/P", "a.exr", Settings())), "all", frames)
+    assert [shot.output.name for shot in shots] == files
 
 
 def test_a_picture_of_no_colour_is_an_exr() -> None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -62,6 +63,14 @@ def parse_frame(spec: str | None) -> float | None:
 def has_placeholder(path: Path) -> bool:
     """Return whether a file name holds a place for a frame number."""
     return "#" in path.name
+
+
+def placeholder(frames: Sequence[Fraction]) -> str:
+    """Return a placeholder that tells frames apart: ``####``, with as many decimals as they need."""
+    decimals = 0
+    while any((frame * 10**decimals).denominator != 1 for frame in frames):  # all are decimal numbers
+        decimals += 1
+    return "####" + ("." + "#" * decimals if decimals else "")
 
 
 def numbered_files(path: Path, frames: tuple[Fraction, ...]) -> tuple[Path, ...]:

@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames
+from warp_rt.cli.frames import has_placeholder, numbered_files, parse_frames, placeholder
 from warp_rt.cli.pictures import Shot, View, make_pictures
 from warp_rt.cli.stage_input import open_stage
 from warp_rt.cli.terminal import Terminal
@@ -167,5 +167,5 @@ def _numbered(paths: Sequence[Path], source: SceneSource, codes: tuple[Fraction,
     if len(set(paths)) > 1:
         return [file for path, code in zip(paths, codes, strict=True) for file in numbered_files(path, (code,))]
     if not has_placeholder(path) and len(codes) > 1:
-        path = path.with_name(f"{path.stem}.####{path.suffix}")
+        path = path.with_name(f"{path.stem}.{placeholder(codes)}{path.suffix}")
     return numbered_files(path, codes)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from warp_rt.cli.frames import parse_frames
+from warp_rt.cli.frames import parse_frames, placeholder
 from warp_rt.cli.parser import Parser, add_scene
 from warp_rt.cli.pictures import Shot, plan_shots
 from warp_rt.cli.render_arguments import (
@@ -59,7 +59,8 @@ def request_shots(args: argparse.Namespace) -> list[Shot]:
     """
     output = request_output(args)
     if output is None:
-        is_sequence = args.frames is not None and len(parse_frames(args.frames)) > 1
+        codes = parse_frames(args.frames) if args.frames is not None else ()
+        number = f".{placeholder(codes)}" if len(codes) > 1 else ""
         # Absolute, for a folder such as "." has no name of its own; that it is no stage is told where it is opened.
-        output = Path(f"{Path(args.scene).absolute().stem}{'.####' if is_sequence else ''}.png")
+        output = Path(f"{Path(args.scene).absolute().stem}{number}.png")
     return plan_shots(args.frames, output, args.aov or ("color",))

@@ -69,9 +69,9 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
     data_type = schema.GetDataTypeAttr()
     asked = str(data_type.Get())
     if data_type.HasAuthoredValue() and not _is_type_of(asked, aov):
-        what = "whole numbers" if aov in _IDS else "floats"
-        count = f"{_COMPONENTS[aov][0]} " if aov in _COMPONENTS else ""
-        report.warn(OTHER_TYPE, prim.GetPath(), f"dataType {shown(asked)}: {aov} is written as {count}{what}")
+        what, count = "whole number" if aov in _IDS else "float", _COMPONENTS.get(aov, (0,))[0]
+        number = f"{count} {what}s" if count > 1 else f"a {what}" if count else f"{what}s"
+        report.warn(OTHER_TYPE, prim.GetPath(), f"dataType {shown(asked)}: {aov} is written as {number}")
     is_half = asked.rstrip("1234").endswith(("half", "h"))
     return RenderVar(str(prim.GetPath()), str(layer or prim.GetName()), aov, is_half)
 
