@@ -37,10 +37,20 @@ def test_strides_are_exact():
     assert parse_frames("0:1x0.1")[-1] == 1  # ten steps of the float 0.1 would miss it
 
 
-@pytest.mark.parametrize("spec", ["", ",", "a", "1-3", "1:3x0", "1:3x-1", "3:1x1", "1:2:3", "1x2", "nan", "inf", "1e3"])
+@pytest.mark.parametrize(
+    "spec", ["", ",", "a", "1-3", "1:3x0", "1:3x-1", "3:1x1", "1:2:3", "1x2", "nan", "inf", "1e3", "9" * 5000]
+)
 def test_nonsense_is_a_usage_error(spec):
     with pytest.raises(OptionError, match="frames"):
         parse_frames(spec)
+
+
+def test_frames_that_a_time_code_cannot_tell_apart_are_refused():
+    assert parse_frames("9007199254740992") == (Fraction(2) ** 53,)
+    with pytest.raises(OptionError, match="is outside"):
+        parse_frames("9007199254740993")  # as a double it is the one before
+    with pytest.raises(OptionError, match="is outside"):
+        parse_frames("0:-" + "9" * 300)
 
 
 def test_endless_ranges_are_refused_at_once():

@@ -4,17 +4,21 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 import warp_rt.cli.doctor
 import warp_rt.cli.info
+import warp_rt.cli.render
 from warp_rt import errors
 from warp_rt.cli.main import COMMANDS, main
+from warp_rt.cli.stand_in_options import stand_in
 from warp_rt.cli.terminal import one_line
 
 from ..processes import hear_interrupts
@@ -111,6 +115,23 @@ def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd)
         (["render", "a.usda", "-o", "a.tiff"], "the extension must be one of .png, .jpg, .jpeg, .exr"),
         (["render", "a.usda", "-o", "a.png", "--aov", "depth"], "holds color"),
         (["doctor", "a.usda"], "unexpected 'a.usda'"),
+        (["render", ""], "SCENE: a name expected, got nothing"),
+        (["render", "a.usda", "-o", ""], "-o: a name expected, got nothing"),
+        (["record", "a.usda", ""], "OUT: a name expected, got nothing"),
+        (["series", "a.usda", "-o", ""], "-o: a name expected, got nothing"),
+        (["render", "a.usda", "--mask", ""], "--mask: a name expected, got nothing"),
+        (["render", "a.usda", "--mask", ","], "--mask: a name expected, got ','"),
+        (["render", "a.usda", "--aov", ","], "--aov: a name expected, got ','"),
+        (["render", "a.usda", "--exposure=--"], "--exposure: "),
+        (["render", "a.usda", "--frames", "9" * 5000], "--frames: "),
+        (["render", "a.usda", "--frames", "9007199254740994"], "is outside -9007199254740992..9007199254740992"),
+        (["render", "a.usda", "--renderer", "GL"], "; warp-rt record takes it, here --integrator stands in for it"),
+        (["render", "a.usda", "-color", "sRGB"], "option -color; warp-rt record takes it, here --tonemap stands in"),
+        (["info", "a.usda", "--renderer=GL"], "unknown option --renderer; warp-rt record takes it (see"),
+        (["check", "a.usda", "--disableCameraLight"], "--disableCameraLight; warp-rt record takes it (see"),
+        (["render", "a.usda", "--ocioDisplay", "x"], "--ocioDisplay; there is no OpenColorIO, only --tonemap (see"),
+        (["record", "a.usda", "a.png", "--ocioView=x"], "there is no OpenColorIO, only --colorCorrectionMode (see"),
+        (["render", "a.usda", "--aov", "color,primvars:a:b,primvars:a_b"], "more than one AOV would have this name"),
     ],
 )
 def test_usage_errors_are_one_line_and_exit_2(capfd, monkeypatch, tmp_path, arguments, said):
@@ -167,6 +188,44 @@ def test_help_goes_to_stdout(capfd):
         assert f"\n  {command} " in out
         assert main([command, "--help"]) == 0
         assert f"usage: warp-rt {command}" in capfd.readouterr().out
+
+
+def test_options_that_others_stand_in_for_are_those_of_the_documentation():
+    rows = (Path(__file__).parents[2] / "docs" / "usdrecord.md").read_text(encoding="utf-8").splitlines()
+    documented = {
+        option for row in rows if row.startswith("| `-") for option in re.findall("`(-[^`]+)`", row.split("|")[1])
+    }
+    ours = {option for action in warp_rt.cli.render.parser()._actions for option in action.option_strings}
+    assert {option for option in documented if stand_in(option, ours)} == documented - ours
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_is_as_wide_as_the_terminal(monkeypatch, capfd, command):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main([command, "--help"]) == 0
+    assert max(map(len, capfd.readouterr().out.splitlines())) <= 80
+    assert main(["--help"]) == 0
+    assert max(map(len, capfd.readouterr().out.splitlines())) <= 80
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder that is in use cannot be removed there")
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["info", "a.usda"], 3, "a.usda: no such file"),
+        (["render", "a.usda"], 6, "the current folder has been removed"),
+        (["series", str(Path(__file__).parents[2] / "scenes" / "shapes.usda"), "-w", "8"], 6, "has been removed"),
+    ],
+)
+def test_a_current_folder_that_is_gone_is_no_bug(monkeypatch, capfd, tmp_path, arguments, code, said):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    assert main(arguments) == code
+    err = capfd.readouterr().err
+    assert err.count("\n") == 1
+    assert said in err
 
 
 def test_version_names_what_takes_part(capfd):
@@ -232,7 +291,7 @@ def test_closed_standard_streams_are_no_trouble(redirection):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/dev/full is Linux's")
 @pytest.mark.parametrize("is_unbuffered", ["", "1"])
-@pytest.mark.parametrize("arguments", ["--version", "doctor"])
+@pytest.mark.parametrize("arguments", ["--version", "doctor", "doctor --help"])
 def test_full_stdout_exits_6(arguments, is_unbuffered):
     result = subprocess.run(
         ["bash", "-c", f"{sys.executable} -m warp_rt {arguments} > /dev/full; echo $?"],

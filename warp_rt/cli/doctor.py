@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import platform
 from pathlib import Path
@@ -52,7 +53,12 @@ def _findings() -> dict[str, Any]:
 
 def _size_of(folder: Path) -> int:
     """Return what the files below a folder take [byte]."""
-    return sum((Path(parent) / name).lstat().st_size for parent, _, names in os.walk(folder) for name in names)
+    size = 0
+    for parent, _, names in os.walk(folder):
+        for name in names:
+            with contextlib.suppress(FileNotFoundError):  # another process has just finished with it
+                size += Path(parent, name).lstat().st_size
+    return size
 
 
 def _table(findings: dict[str, Any]) -> str:

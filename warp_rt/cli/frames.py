@@ -12,8 +12,9 @@ from pathlib import Path
 from warp_rt.errors import OptionError
 
 MAX_FRAMES = 1_000_000
+_MAX_FRAME = 2**53  # where doubles, which time codes are, leave out whole numbers
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+_NUMBER = r"[+-]?(?:\d{1,300}\.?\d{0,300}|\.\d{1,300})"
 _SPEC = re.compile(rf"({_NUMBER})(?::({_NUMBER})(?:x({_NUMBER}))?)?")
 _PLACEHOLDER = re.compile(r"(#+)(?:\.(#+))?")
 
@@ -25,7 +26,8 @@ def parse_frames(spec: str) -> tuple[Fraction, ...]:
     ``101:104x0.5`` have a stride. Commas or blanks separate the specifications; a frame named twice is kept once.
 
     Raises:
-        OptionError: A specification cannot be read, its stride leads away from its end, or there are too many.
+        OptionError: A specification cannot be read, its stride leads away from its end, or there are too many; or a
+            frame is so large that a time code cannot tell it from the next.
     """
     frames: dict[Fraction, None] = {}
     for part in spec.replace(",", " ").split():
@@ -34,6 +36,8 @@ def parse_frames(spec: str) -> tuple[Fraction, ...]:
             raise OptionError(f"frames: {part!r} is none of 123, 101:105, 105:101, 101:109x2, 101:104x0.5")
         start = Fraction(match[1])
         end = Fraction(match[2] or match[1])
+        if max(abs(start), abs(end)) > _MAX_FRAME:
+            raise OptionError(f"frames: {part!r} is outside -{_MAX_FRAME}..{_MAX_FRAME}")
         stride = Fraction(match[3]) if match[3] else Fraction(1 if end >= start else -1)
         if stride == 0 or (end - start) / stride < 0:
             raise OptionError(f"frames: {part!r}: a stride of {match[3]} does not lead from {match[1]} to {match[2]}")

@@ -15,11 +15,12 @@ import threading
 import traceback
 from collections.abc import Iterator, Sequence
 from importlib import import_module
+from pathlib import Path
 from types import FrameType
 
 from warp_rt.cli.parser import Parser
 from warp_rt.cli.terminal import Terminal, data_only_stdout
-from warp_rt.errors import LimitError, OptionError, WarpRtError
+from warp_rt.errors import LimitError, OptionError, OutputError, WarpRtError
 from warp_rt.near_matches import near_matches
 
 PROGRAM = "warp-rt"
@@ -45,15 +46,17 @@ _USAGE = """\
 usage: {program} COMMAND [options]
        {program} --version
 
-Whitted ray tracing of USD stages: reflections, refractions and shadows, on any machine.
+Whitted ray tracing of USD stages: reflections, refractions and shadows, on any
+machine.
 
 commands:
 {commands}
 
 {program} COMMAND --help tells the options of a command.
 
-exit codes: 0 done, 1 internal error, 2 usage, 3 scene unreadable or invalid (any warning, with --strict),
-4 device unavailable, 5 a limit was hit, 6 cannot write, 130 interrupted, 143 terminated
+exit codes: 0 done, 1 internal error, 2 usage, 3 scene unreadable or invalid
+(any warning, with --strict), 4 device unavailable, 5 a limit was hit, 6 cannot
+write, 130 interrupted, 143 terminated
 """
 
 
@@ -96,7 +99,7 @@ def _command(name: str, arguments: list[str]) -> int:
     program = f"{PROGRAM} {name}"
     try:
         args = parser.parse(arguments)
-    except OptionError as error:
+    except WarpRtError as error:
         return _fail(Terminal(program), error.exit_code, str(error), as_json="--json" in arguments)
     except SystemExit as end:  # argparse has printed its help
         return int(end.code or 0)
@@ -124,10 +127,21 @@ def _verdict(error: BaseException, parser: Parser) -> tuple[int, str]:
         return (EXIT_TERMINATED, "terminated") if is_terminated else (EXIT_INTERRUPTED, "interrupted")
     if isinstance(error, MemoryError):
         return LimitError.exit_code, "out of memory"
+    if isinstance(error, FileNotFoundError) and _is_nowhere():
+        return OutputError.exit_code, "the current folder has been removed"
     if isinstance(error, RuntimeError) and str(error).startswith(_WARP_IS_OUT_OF_MEMORY):
         return LimitError.exit_code, f"out of memory: {error}"
     reason = f"{type(error).__name__}: {error}"
     return EXIT_INTERNAL, f"internal error: {reason} (please report it; -v shows where it happened)"
+
+
+def _is_nowhere() -> bool:
+    """Return whether the folder that the process was started in is gone."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def _fail(terminal: Terminal, code: int, message: str, *, as_json: bool) -> int:

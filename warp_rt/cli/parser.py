@@ -8,9 +8,12 @@ import argparse
 import contextlib
 import re
 from collections.abc import Callable
+from itertools import takewhile
 from typing import NoReturn
 
-from warp_rt.cli.terminal import COLOR_CHOICES
+from warp_rt.cli.help_format import HelpFormat
+from warp_rt.cli.stand_in_options import stand_in
+from warp_rt.cli.terminal import COLOR_CHOICES, Terminal
 from warp_rt.errors import OptionError
 from warp_rt.near_matches import near_matches
 from warp_rt.options import PURPOSES, check_purposes
@@ -35,7 +38,7 @@ class Parser(argparse.ArgumentParser):
             description=description,
             epilog=epilog,
             allow_abbrev=False,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+            formatter_class=HelpFormat,
         )
         self.register("type", int, _whole_number)
         self.register("type", float, _number)
@@ -47,6 +50,14 @@ class Parser(argparse.ArgumentParser):
         talk.add_argument(
             "--color", choices=COLOR_CHOICES, default="auto", help="colour on stderr (default: %(default)s)"
         )
+
+    def print_help(self, file: object = None) -> None:
+        """Print the help on stdout.
+
+        Raises:
+            OutputError: Standard output cannot be written.
+        """
+        Terminal(self.prog).data(self.format_help().rstrip("\n"))
 
     def error(self, message: str) -> NoReturn:
         """Raise a usage error.
@@ -71,20 +82,30 @@ class Parser(argparse.ArgumentParser):
         """Return the parsed arguments.
 
         Raises:
-            OptionError: They make no sense; options that are unknown come with the nearest known ones.
+            OptionError: They make no sense; options that are unknown come with what stands in for them, or with the
+                nearest known ones.
         """
+        known = [string for action in self._actions for string in action.option_strings]
+        for argument in takewhile("--".__ne__, arguments):  # before argparse takes -color for -c olor
+            option = argument.partition("=")[0]
+            if option not in known and (hint := stand_in(option, known)):
+                self.error(f"unknown option {option}{hint}")
         namespace, unknown = self.parse_known_args(arguments)
         if unknown:
             first = unknown[0].partition("=")[0]
-            known = [string for action in self._actions for string in action.option_strings]
             is_option = first.startswith("-")
             self.error(f"unknown option {first}{near_matches(first, known)}" if is_option else f"unexpected {first!r}")
+        for action in self._actions:
+            if getattr(namespace, action.dest, None) == []:  # Python before 3.13 drops the value of --option=--
+                self.error(f"argument {action.option_strings[0]}: a value is missing")
         return namespace
 
 
 def add_scene(parser: Parser) -> None:
     """Add the arguments by which a stage is found and read."""
-    parser.add_argument("scene", metavar="SCENE", help="a USD stage: .usda, .usdc, .usd or .usdz; or .nff, .nff.gz")
+    parser.add_argument(
+        "scene", type=name, metavar="SCENE", help="a USD stage: .usda, .usdc, .usd or .usdz; or .nff, .nff.gz"
+    )
     parser.add_argument(
         "--purposes",
         type=_purposes,
@@ -106,7 +127,9 @@ def names(text: str) -> tuple[str, ...]:
 
 def some_names(text: str) -> tuple[str, ...]:
     """Return the words of such a list, of which there is at least one."""
-    return names(name(text))
+    if not names(text):
+        raise argparse.ArgumentTypeError(f"a name expected, got {repr(text) if text.strip() else 'nothing'}")
+    return names(text)
 
 
 def name(text: str) -> str:

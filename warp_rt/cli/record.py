@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warp_rt.cli.parser import Parser, add_json, add_scene
+from warp_rt.cli.parser import Parser, add_json, add_scene, name
 from warp_rt.cli.pictures import make_pictures, plan_shots
 from warp_rt.cli.products import make_products
 from warp_rt.cli.render_arguments import (
@@ -49,7 +49,7 @@ def parser() -> Parser:
     """Return the parser of ``warp-rt record``."""
     result = Parser("record", "Render an image from a USD stage, with usdrecord's arguments.", epilog=_EPILOG)
     add_scene(result)
-    result.add_argument("output", metavar="OUT", help="image to write")
+    result.add_argument("output", type=name, metavar="OUT", help="image to write")
     add_frames(add_view(result, as_usdrecord=True))
     usdrecord = result.add_argument_group("usdrecord's")
     usdrecord.add_argument(

@@ -7,7 +7,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from warp_rt.cli.parser import Parser, name, names, rgb, some_names, whole_numbers
+from warp_rt.cli.parser import Parser, name, rgb, some_names, whole_numbers
 from warp_rt.image.tone import TONE_MAPS
 from warp_rt.options import (
     ADAPTIVE,
@@ -78,7 +78,11 @@ def _add_composition(view: argparse._ArgumentGroup) -> None:
         help="draw models in full, whatever their draw mode",
     )
     view.add_argument(
-        "--mask", type=names, default=(), metavar="PATH[,PATH]", help="compose these prims only, with all below them"
+        "--mask",
+        type=some_names,
+        default=(),
+        metavar="PATH[,PATH]",
+        help="compose these prims only, with all below them",
     )
     view.add_argument(
         "--session-layer", "--sessionLayer", type=name, metavar="FILE", help="a layer stronger than the stage's own"

@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 
 from warp_rt.cli.frames import parse_frames, placeholder
-from warp_rt.cli.parser import Parser, add_scene
+from warp_rt.cli.parser import Parser, add_scene, name
 from warp_rt.cli.pictures import Shot, plan_shots
 from warp_rt.cli.render_arguments import (
     add_aovs,
@@ -28,7 +28,9 @@ from warp_rt.options import RenderOptions
 def add_request(parser: Parser) -> None:
     """Add the options of ``render``, all but ``--json``."""
     add_scene(parser)
-    parser.add_argument("-o", "--output", metavar="OUT", help="image to write (default: SCENE's name, .png, here)")
+    parser.add_argument(
+        "-o", "--output", type=name, metavar="OUT", help="image to write (default: SCENE's name, .png, here)"
+    )
     add_frames(add_view(parser))
     quality = parser.add_argument_group("how it is traced")
     add_depth(quality)

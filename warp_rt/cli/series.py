@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from warp_rt.cli.columns import in_columns
 from warp_rt.cli.frames import parse_frame
-from warp_rt.cli.parser import Parser, add_json, add_scene
+from warp_rt.cli.parser import Parser, add_json, add_scene, name
 from warp_rt.cli.process import peak_memory, seconds_since_start
 from warp_rt.cli.progress import progress_bar
 from warp_rt.cli.render_arguments import add_display, add_frame, add_machine, add_quality, add_view, render_options
@@ -35,11 +35,12 @@ _DEPTHS = re.compile(r"(\d+)(?::(\d+))?")
 _EPILOG = """\
 DEPTHS is a list of 3 or 1:7, growing, such as 1:4,7. DIR is made where it is missing; it gets
 
-  series.png                      the contact sheet: every picture with its rays, the share of pixels that change, and
-                                  the largest change of a channel; below each, what it differs from the one before by
-  depth_1.png, depth_2.png, ...   the pictures, each the same as render --depth makes
-  change_2.png, ...               the differences: absolute, linear, multiplied by a power of two that the sheet tells;
-                                  with --format exr not multiplied
+  series.png         the contact sheet: every picture with its rays, the share
+                     of pixels that change, and the largest change of a channel;
+                     below each, what it differs from the one before by
+  depth_1.png, ...   the pictures, each the same as render --depth makes
+  change_2.png, ...  the differences: absolute, linear, multiplied by a power of
+                     two that the sheet tells; with --format exr not multiplied
 
 The scene is read, uploaded and its hierarchies are built once for all depths. --time-limit holds for each picture.
 """
@@ -49,7 +50,9 @@ def parser() -> Parser:
     """Return the parser of ``warp-rt series``."""
     result = Parser("series", "Render a USD stage at growing depth of the ray tree.", epilog=_EPILOG)
     add_scene(result)
-    result.add_argument("-o", "--output", metavar="DIR", help="folder to write to (default: SCENE_series, here)")
+    result.add_argument(
+        "-o", "--output", type=name, metavar="DIR", help="folder to write to (default: SCENE_series, here)"
+    )
     add_frame(add_view(result))
     quality = result.add_argument_group("how it is traced")
     quality.add_argument(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -59,7 +60,7 @@ def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
     With an id among the AOVs, ``NAME.ids.json`` says what the ids are (key ``ids``).
 
     Raises:
-        OptionError: The extension is unknown, or ``picture_of`` finds nothing to show.
+        OptionError: The extension is unknown, ``picture_of`` finds nothing to show, or two AOVs would be one file.
     """
     wanted = tuple(aovs)
     files = {"image": path}
@@ -72,6 +73,9 @@ def planned_files(path: Path, aovs: Iterable[str]) -> dict[str, Path]:
                 files[f"{aov}.png"] = path.with_name(f"{path.stem}.{aov}.png")
     if any(aov in ID_TABLES for aov in wanted):
         files["ids"] = path.with_name(f"{path.stem}.ids.json")
+    for file, count in Counter(files.values()).items():
+        if count > 1:
+            raise OptionError(f"{file}: more than one AOV would have this name; write an .exr")
     return files
 
 
