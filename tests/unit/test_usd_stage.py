@@ -4,6 +4,8 @@
 
 import math
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.report import Report
+from warp_rt.usd.assets import read_asset
 from warp_rt.usd.load import load_stage
 from warp_rt.usd.stage import open_stage, stage_meters_per_unit, stage_time, stage_up_axis
 
@@ -119,6 +122,41 @@ def test_a_name_that_is_not_utf8_is_one_line(tmp_path: Path) -> None:
     for name in names:
         with pytest.raises(SceneError, match="not UTF-8"):
             load_stage(name)
+
+
+def test_session_layers_are_refused_as_stages_are(tmp_path: Path) -> None:
+    scene = str(write(tmp_path / "a.usda", SPHERE))
+    empty = write(tmp_path / "empty.usda", "")
+    for name, said in ((tmp_path / "no.usda", "no such file"), (tmp_path, "is a folder"), (empty, "the file is empty")):
+        with pytest.raises(SceneError, match=said):
+            open_stage(scene, session_layer=name)
+
+
+def test_a_package_that_is_missing_is_no_such_file(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="no such file"):
+        open_stage(f"{tmp_path}/no.usdz[a.usda]")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_pipes_are_not_waited_for(tmp_path: Path) -> None:
+    scene = write(tmp_path / "a.usda", SPHERE)
+    pipe = tmp_path / "pipe.usda"
+    os.mkfifo(pipe)
+    with pytest.raises(SceneError, match="is no regular file"):
+        open_stage(pipe)
+    with pytest.raises(SceneError, match="is no regular file"):
+        open_stage(scene, session_layer=pipe)
+    with pytest.raises(SceneError, match="no regular file"):
+        read_asset(str(pipe))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems read file names as UTF-8 whatever the locale")
+def test_a_name_that_this_process_misreads_is_called_that(tmp_path: Path) -> None:
+    scene = write(tmp_path / "é.usda", SPHERE)
+    code = "import sys; from warp_rt.usd.stage import open_stage; open_stage(sys.argv[1])"
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    result = subprocess.run([sys.executable, "-c", code, scene], capture_output=True, text=True, env=environment)
+    assert "file names are ascii to this process and UTF-8 to USD" in result.stderr.splitlines()[-1]
 
 
 def test_payloads_that_are_not_loaded_are_noted(tmp_path: Path) -> None:

@@ -17,11 +17,14 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
-from warp_rt.cli.parser import Parser
 from warp_rt.cli.terminal import Terminal, data_only_stdout
 from warp_rt.errors import LimitError, OptionError, OutputError, WarpRtError
 from warp_rt.near_matches import near_matches
+
+if TYPE_CHECKING:
+    from warp_rt.cli.parser import Parser
 
 PROGRAM = "warp-rt"
 

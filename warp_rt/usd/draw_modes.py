@@ -16,10 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from PIL.TiffImagePlugin import TiffImageFile
-from pxr import Ar, Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Material, MaterialModel, Mesh, Primvar, ShapeKind, Shapes, Texture, Wrap
+from warp_rt.usd.assets import read_asset
 from warp_rt.usd.attribute_values import AttributeReader, shown
 from warp_rt.usd.materials import MaterialReader
 from warp_rt.usd.mesh import EMPTY, INVALID_VALUE
@@ -294,15 +295,11 @@ def _quads(
 
 def _world_to_screen(path: str) -> np.ndarray | None:
     """Return the matrix in an image's metadata, for row vectors: float64, shape [4, 4]; None: there is none."""
-    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) if path else None
-    if not asset:
-        return None
-    with asset as opened:
-        data = bytes(opened.GetBuffer() or b"")
     try:
+        data = read_asset(path)
         found = _exr_matrix(data) if data.startswith(b"\x76\x2f\x31\x01") else _tiff_matrix(data)
         matrix = np.array(found, float).reshape(4, 4)
-    except Exception:  # whatever a decoder meets in a damaged file, which is told when its texels are read
+    except Exception:  # no such file, or whatever a decoder meets in a damaged one: told when its texels are read
         return None
     return matrix if np.isfinite(matrix).all() else None
 

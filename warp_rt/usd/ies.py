@@ -14,11 +14,12 @@ import re
 from dataclasses import replace
 
 import numpy as np
-from pxr import Ar, Sdf
+from pxr import Sdf
 
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
 from warp_rt.scene import Profile
+from warp_rt.usd.assets import read_asset
 from warp_rt.usd.attribute_values import shown
 
 BAD_PROFILE = "W402"
@@ -65,13 +66,9 @@ class ProfileCache:
 
 
 def _read(path: str) -> str:
-    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) if path else None
-    if not asset:
-        raise SceneError("the file is not found" if not path else "the file cannot be opened")
-    with asset as opened:
-        if opened.GetSize() > _MAX_BYTES:
-            raise SceneError(f"it has more than {_MAX_BYTES} bytes")
-        return bytes(opened.GetBuffer() or b"").decode("latin-1")  # ASCII by the standard, but for makers' names
+    if not path:
+        raise SceneError("the file is not found")
+    return read_asset(path, _MAX_BYTES).decode("latin-1")  # ASCII by the standard, but for makers' names
 
 
 def parse_profile(text: str) -> Profile:

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from PIL import Image as PilImage
 from PIL import ImageFile as PilImageFile
-from pxr import Ar
 
 from warp_rt.errors import SceneError
+from warp_rt.usd.assets import read_asset
 from warp_rt.usd.exr_chroma import LUMINANCE_CHROMA, from_chroma
 from warp_rt.usd.radiance_hdr import radiance_size, read_radiance
 from warp_rt.usd.wide_tiff import read_wide_tiff, wide_tiff
@@ -71,11 +71,7 @@ def read_image_file(path: str) -> ImageFile:
         SceneError: The file is missing, damaged, too large, or of a format that is not supported; the message does
             not hold the path.
     """
-    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
-    if not asset:
-        raise SceneError("the file cannot be opened")
-    with asset as opened:
-        data = bytes(opened.GetBuffer() or b"")  # None for an empty file
+    data = read_asset(path)
     try:
         if data.startswith(b"#?"):
             _check_size(*radiance_size(data))

@@ -7,15 +7,17 @@ from __future__ import annotations
 import math
 import os
 import re
+import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from numbers import Real
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd, UsdGeom
+from pxr import Ar, Sdf, Tf, Usd, UsdGeom
 
 from warp_rt.errors import OptionError, SceneError
 from warp_rt.report import Report
+from warp_rt.usd.assets import is_device
 
 MISSING_ASSET = "W501"
 MISSING_PRIM = "W502"
@@ -61,10 +63,7 @@ def open_stage(
     """
     name = os.fspath(path)
     reason = ""
-    try:
-        str(Path(name).absolute()).encode()
-    except UnicodeEncodeError:
-        raise SceneError(f"{name}: USD cannot open files whose path is not UTF-8; rename it") from None
+    _check_name(name)
     try:
         stage = _compose(name, mask, session_layer)
     except Tf.ErrorException as error:
@@ -72,14 +71,52 @@ def open_stage(
     if stage is not None:
         return stage
     # Asked only now, for a name that is no file may still be one to the asset resolver.
-    file = Path(name)
-    if "[" not in name and (not name or not file.exists()):
-        raise SceneError(f"{name}: no such file")
-    if file.is_dir():
-        raise SceneError(f"{name}: is a folder, not a USD file")
-    if file.is_file() and not file.stat().st_size:
-        raise SceneError(f"{name}: the file is empty")
-    raise SceneError(f"{name}: cannot be read as USD{f': {reason}' if reason else ''}")
+    raise _unreadable(name, "USD", reason)
+
+
+def _check_name(name: str) -> None:
+    """Return if USD can be asked for a file of this name.
+
+    Raises:
+        SceneError: Its path is not UTF-8, or it would never be read to its end.
+    """
+    try:
+        str(Path(name).absolute()).encode()
+    except FileNotFoundError:  # the current folder has been removed
+        raise SceneError(f"{name}: no such file") from None
+    except UnicodeEncodeError:
+        raise SceneError(f"{name}: {_why_not_utf8(name)}") from None
+    if is_device(name):
+        raise SceneError(f"{name}: is no regular file")
+
+
+def _why_not_utf8(name: str) -> str:
+    with suppress(UnicodeDecodeError):
+        os.fsencode(Path(name).absolute()).decode()
+        encoding = sys.getfilesystemencoding()
+        return f"file names are {encoding} to this process and UTF-8 to USD; choose a UTF-8 locale, or set PYTHONUTF8=1"
+    return "USD cannot open files whose path is not UTF-8; rename it"
+
+
+def _no_file(name: str) -> str | None:
+    """Return why a name is that of no file to the file system, or None."""
+    file = Ar.SplitPackageRelativePathOuter(name)[0] if Ar.IsPackageRelativePath(name) else name
+    if not file:
+        return "no such file"
+    try:
+        size = Path(file).stat().st_size
+    except PermissionError as error:
+        return f"cannot be read: {error.strerror}"
+    except (OSError, ValueError):  # a name that is too long, or that holds a null character
+        return "no such file"
+    if Path(file).is_dir():
+        return "is a folder, not a USD file"
+    return None if size else "the file is empty"
+
+
+def _unreadable(name: str, kind: str, reason: str) -> SceneError:
+    because = f": {reason}" if reason else ""
+    return SceneError(f"{name}: {_no_file(name) or f'cannot be read as {kind}{because}'}")
 
 
 def is_outside_mask(stage: Usd.Stage, path: Sdf.Path | str) -> bool:
@@ -98,19 +135,24 @@ def _compose(name: str, mask: Sequence[str], session_layer: str | os.PathLike[st
     layer = Sdf.Layer.FindOrOpen(name)
     if layer is None:
         return None
-    session = Sdf.Layer.CreateAnonymous()
-    if session_layer is not None:
-        try:
-            session = Sdf.Layer.FindOrOpen(os.fspath(session_layer))
-        except Tf.ErrorException as error:
-            raise SceneError(f"{session_layer}: cannot be read as a session layer: {error_text(error)}") from error
-        if session is None:
-            raise SceneError(f"{session_layer}: cannot be read as a session layer")
+    session = Sdf.Layer.CreateAnonymous() if session_layer is None else _session(os.fspath(session_layer))
     stage = Usd.Stage.OpenMasked(layer, session, population, Usd.Stage.LoadAll)
     for path in mask:
         if stage and not stage.GetPrimAtPath(path):
             raise OptionError(f"mask: {path} is no prim of {name}")
     return stage
+
+
+def _session(name: str) -> Sdf.Layer:
+    _check_name(name)
+    reason = ""
+    try:
+        layer = Sdf.Layer.FindOrOpen(name)
+    except Tf.ErrorException as error:
+        layer, reason = None, error_text(error)
+    if layer is None:
+        raise _unreadable(name, "a session layer", reason)
+    return layer
 
 
 @contextmanager
