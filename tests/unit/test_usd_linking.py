@@ -163,6 +163,60 @@ def test_copies_within_native_instances():
         assert _linked(body, f"rel LINK:excludes = <{path}>") == (both - gone, [])
 
 
+NESTED = """
+class Xform "Asset"
+{
+    def Cube "cube" {}
+    def PointInstancer "points"
+    {
+        point3f[] positions = [(0, 0, 0)]
+        int[] protoIndices = [0]
+        rel prototypes = </Asset/points/ball>
+        def Sphere "ball" {}
+    }
+}
+def PointInstancer "Set"
+{
+    point3f[] positions = [(0, 0, 0), (9, 0, 0), (0, 9, 0)]
+    int[] protoIndices = [0, 1, 2]
+    rel prototypes = [</Set/near>, </Set/far>, </Shelf>]
+    def Xform "near" (
+        inherits = </Asset>
+        instanceable = true
+    ) {}
+    def Xform "far"
+    {
+        def Xform "within" (
+            inherits = </Asset>
+            instanceable = true
+        ) {}
+    }
+}
+class Xform "Shelf" (
+    inherits = </Asset>
+    instanceable = true
+) {}
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "gone"),
+    [
+        ("/Set/near", {"/Set[0]:cube", "/Set[0]/points[0]:ball"}),
+        ("/Set/near/cube", {"/Set[0]:cube"}),
+        ("/Set/near/points/ball", {"/Set[0]/points[0]:ball"}),
+        ("/Set/far", {"/Set[1]/within:cube", "/Set[1]/within/points[0]:ball"}),
+        ("/Set/far/within/points", {"/Set[1]/within/points[0]:ball"}),
+        ("/Shelf/points", {"/Set[2]/points[0]:ball"}),
+    ],
+)
+def test_instances_within_copies_count_by_the_prototypes_that_they_stand_in(path, gone):
+    copies = ("/Set[0]", "/Set[1]/within", "/Set[2]")
+    every = {f"{copy}{tail}" for copy in copies for tail in (":cube", "/points[0]:ball")}
+    assert _linked(NESTED, f"rel LINK:excludes = <{path}>") == (every - gone, [])
+    assert _linked(NESTED, f"{ONLY}rel LINK:includes = <{path}>") == (gone, [])
+
+
 def test_a_light_in_an_instance_is_linked_to_that_instance():
     body = INSTANCES.replace(
         'def Sphere "ball" {}',

@@ -47,7 +47,7 @@ class Context(NamedTuple):
     path_length: int
     """Length of the path that the group's names leave out."""
     tail_start: int
-    """Length of the path of the innermost instance; 0: none, or a prototype that stands elsewhere."""
+    """Length of the path of the innermost instance or prototype; 0: none, or a prototype that stands elsewhere."""
     predicate: object
     """Which children are visited."""
     purpose: str = ""

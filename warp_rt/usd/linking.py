@@ -7,7 +7,6 @@ Reference: UsdLux LightAPI, "Linking"; Usd CollectionAPI.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -16,11 +15,11 @@ from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Instances
+from warp_rt.usd.instance_places import InstancePlaces
 
 BAD_LINKING = "W404"
 
 _EXPANDED = (Usd.Tokens.expandPrims, Usd.Tokens.expandPrimsAndProperties)
-_COPY = re.compile(r"\[\d+\]")
 
 
 class LinkReader:
@@ -30,14 +29,16 @@ class LinkReader:
     have no path of their own: where the prototype stands below the instancer, its path counts. Where it stands
     elsewhere, two paths count, its own and the instancer's, and the copy is held as the one says that departs from
     what holds for the root: either can be excluded from a collection of everything, either included in one of nothing.
+    So it is with instances within instances.
 
     Args:
         stage: Where the lights are.
         instances: The placed meshes.
         prims: Path of each of their ``prim``.
-        tail_starts: Where, in each of these paths, what belongs to the innermost instance begins; 0: the prim is below
-            a prototype that stands elsewhere, or in no instance.
+        tail_starts: Where, in each of these paths, what belongs to the innermost instance, or to the prototype that it
+            is of, begins; 0: the prim is below a prototype that stands elsewhere, or in no instance.
         names: Path of each of their ``instance_id``.
+        time: When the instancers are read.
         report: Takes diagnostics.
     """
 
@@ -48,6 +49,7 @@ class LinkReader:
         prims: Sequence[str],
         tail_starts: Sequence[int],
         names: Sequence[str],
+        time: Usd.TimeCode,
         report: Report,
     ) -> None:
         self._stage = stage
@@ -55,6 +57,7 @@ class LinkReader:
         self._prims = prims
         self._tail_starts = tail_starts
         self._names = names
+        self._places = InstancePlaces(stage, time)
         self._report = report
 
     def read(self, prim: Usd.Prim, path: str, name: str, code: str = BAD_LINKING) -> np.ndarray | None:
@@ -95,21 +98,19 @@ class LinkReader:
     def _paths(self) -> tuple[list[tuple[Sdf.Path, ...]], np.ndarray]:
         """The paths that count, each set of them once, and the row of its set for each placed mesh."""
         instances = self._instances
-        containers = dict.fromkeys(["", *(_COPY.sub("", name) for name in self._names)])
-        number = {name: k for k, name in enumerate(containers)}
+        found = [self._places.places(name) for name in self._names]
+        number = {place: k for k, place in enumerate(dict.fromkeys([("",), *found]))}
         # Row -1 of the names, that of what is in no instance, is the last one here.
-        container_of_name = np.array([*(number[_COPY.sub("", name)] for name in self._names), 0])
-        key = container_of_name[instances.instance_id] * len(self._prims) + instances.prim
+        place_of_name = np.array([*(number[place] for place in found), 0])
+        key = place_of_name[instances.instance_id] * len(self._prims) + instances.prim
         unique, row = np.unique(key, return_inverse=True)
-        known = list(containers)
-        found = [self._paths_of(known[k // len(self._prims)], k % len(self._prims)) for k in unique.tolist()]
-        return found, row.reshape(-1)
+        known = list(number)
+        sets = [self._paths_of(known[k // len(self._prims)], k % len(self._prims)) for k in unique.tolist()]
+        return sets, row.reshape(-1)
 
-    def _paths_of(self, container: str, prim: int) -> tuple[Sdf.Path, ...]:
+    def _paths_of(self, place: tuple[str, ...], prim: int) -> tuple[Sdf.Path, ...]:
         path, start = self._prims[prim], self._tail_starts[prim]
-        if container and start:
-            return (Sdf.Path(container + path[start:]),)
-        return (Sdf.Path(path), *([Sdf.Path(container)] if container else []))
+        return tuple(map(Sdf.Path, (place[0] + path[start:] if start else path, *place[1:])))
 
 
 def _is_restricted(collection: Usd.CollectionAPI) -> bool:

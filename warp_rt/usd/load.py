@@ -135,7 +135,7 @@ def load_stage(
         instances = drawable_instances(group, gprims, report)
         reader.report_unreached(instances, gprims.prims)
         collections = None if pass_path is None else PassCollections(stage.GetPrimAtPath(pass_path), report)
-        part = _part(stage, group, gprims, instances, collections, report)
+        part = _part(stage, group, gprims, instances, collections, code, report)
         shining = MeshLightReader(
             part.meshes, part.instances, gprims.prims, materials.materials, materials.textures, materials.images
         )
@@ -210,10 +210,11 @@ def _part(
     gprims: Gprims,
     instances: Instances,
     collections: PassCollections | None,
+    time: Usd.TimeCode,
     report: Report,
 ) -> _Part:
     def links_of(placed: Instances) -> LinkReader:
-        return LinkReader(stage, placed, gprims.prims, gprims.tail_starts, group.names, report)
+        return LinkReader(stage, placed, gprims.prims, gprims.tail_starts, group.names, time, report)
 
     meshes, lights = gprims.meshes, group.lights
     if collections is not None:

@@ -209,7 +209,7 @@ class Prototypes:
             self._report.warn(CYCLE, instancer.GetPath(), f"the prototype {path} contains this instancer: left out")
             return None
         is_below = path.HasPrefix(instancer.GetPath())
-        tail_start = len(str(instancer.GetPath())) if is_below else 0
+        tail_start = len(str(path)) if is_below else 0
         width = handed_width(own) if "widths" in own else context.width if is_below else None
         key = (path, tail_start, context.purpose, width, frozenset(own))
         group = self._groups.get(key)
