@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from warp_rt.scene import Image, Texture, Tiles
+from warp_rt.scene import Image, MagFilter, Texture, Tiles
 from warp_rt.scene.texture_values import texture_values
 from warp_rt.upload.tile_grid import grid_levels
 from warp_rt.warp_setup import init_warp
@@ -34,6 +34,24 @@ def test_the_host_evaluates_as_the_kernel_does():
     fields = {"scale": (2.0, 1.0, 0.5, 1.0), "bias": (0.5, 0.0, 0.0, 0.0)}
     texture = Texture(0, tiles=TILES, **fields)
     np.testing.assert_allclose(look_up_texture(texture, IMAGES, uv), texture_values(texture, IMAGES, uv), atol=2e-3)
+
+
+def test_the_nearest_texel_is_one_of_its_own_tile():
+    texture = Texture(0, tiles=TILES, mag_filter=MagFilter.NEAREST)
+    uv = np.random.default_rng(6).uniform((1.5, 0.5), (5.5, 3.5), (600, 2)).astype(np.float32)
+    expected = np.zeros((600, 4))
+    for image, place in PLACES.items():
+        pixels = IMAGES[image].pixels
+        column, row = np.floor((uv.astype(float) - place) * pixels.shape[1::-1]).astype(int).T
+        is_here = (np.floor(uv) == place).all(axis=1)
+        expected[is_here] = pixels[row[is_here], column[is_here]]
+    assert 0.2 < expected.any(axis=1).mean() < 0.8
+    np.testing.assert_array_equal(look_up_texture(texture, IMAGES, uv), expected.astype(np.float32))
+    np.testing.assert_array_equal(texture_values(texture, IMAGES, uv), expected)
+    far = {"across": (0.7, 0.0), "down": (0.0, 0.7)}
+    np.testing.assert_array_equal(
+        look_up_texture(texture, IMAGES, uv, **far), look_up_texture(TEXTURE, IMAGES, uv, **far)
+    )
 
 
 @pytest.mark.parametrize(("row", "place"), PLACES.items())
