@@ -248,7 +248,7 @@ def test_damaged_radiance_is_refused(tmp_path, data, message):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "format is none of"),
+        (b"", "the file is empty"),
         (b"GIF89a" + bytes(100), "format is none of"),
         (_png(np.zeros((4, 4, 3), int), 2, 8)[:48], "damaged"),
         (b"\x76\x2f\x31\x01" + bytes(50), "damaged"),

@@ -72,6 +72,8 @@ def read_image_file(path: str) -> ImageFile:
             not hold the path.
     """
     data = read_asset(path)
+    if not data:
+        raise SceneError("the file is empty")
     try:
         if data.startswith(b"#?"):
             _check_size(*radiance_size(data))
