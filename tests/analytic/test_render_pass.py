@@ -133,6 +133,31 @@ def test_lights_and_domes_take_part() -> None:
     assert (len(unseen.lights), [one.is_visible for one in unseen.domes]) == (1, [False])
 
 
+@pytest.mark.parametrize(
+    ("path", "left"),
+    [("/set/post/lamp", 1), ("/shelf/lamp", 1), ("/set", 0), ("/set/post", 1), ("/shelf", 1), ("/walls", 2)],
+)
+def test_lights_of_copies_count_by_their_prototypes_and_instancers(path: str, left: int) -> None:
+    lamps = f"""def PointInstancer "set"
+        {{
+            point3f[] positions = [(0, 0, 0), (1, 0, 0)]
+            int[] protoIndices = [0, 1]
+            rel prototypes = [</set/post>, </shelf>]
+            def Xform "post"
+            {{
+                {LAMP}
+            }}
+        }}
+        class Xform "shelf"
+        {{
+            {LAMP}
+        }}
+        """
+    for collection in ("prune:includes", "renderVisibility:excludes"):
+        scene = load_stage(stage(f"rel collection:{collection} = <{path}>", more=lamps), pass_path="/P")
+        assert len(scene.lights) == left
+
+
 def test_a_light_that_is_visible_is_hidden_from_the_eye_alone() -> None:
     """A rect light fills the view at distance 1; seen in the mirror behind it, it shines the other way, on to that."""
     more = (

@@ -7,7 +7,7 @@ Reference: UsdLux LightAPI, "Linking"; Usd CollectionAPI.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -88,11 +88,13 @@ class LinkReader:
         held = self._held_rows(collection.ComputeMembershipQuery())
         return None if held.all() else held
 
+    def holds(self, query: Usd.UsdCollectionMembershipQuery, path: str) -> bool:
+        """Return whether a collection holds a light, given its path or that of a copy of it."""
+        return _holds(query, map(Sdf.Path, self._places.places(path)))
+
     def _held_rows(self, query: Usd.UsdCollectionMembershipQuery) -> np.ndarray:
-        decide = all if query.GetAsPathExpansionRuleMap().get(Sdf.Path.absoluteRootPath) in _EXPANDED else any
         candidates, row = self._paths
-        held = [decide(query.IsPathIncluded(path) for path in paths) for paths in candidates]
-        return np.array(held, bool)[row]
+        return np.array([_holds(query, paths) for paths in candidates], bool)[row]
 
     @cached_property
     def _paths(self) -> tuple[list[tuple[Sdf.Path, ...]], np.ndarray]:
@@ -111,6 +113,12 @@ class LinkReader:
     def _paths_of(self, place: tuple[str, ...], prim: int) -> tuple[Sdf.Path, ...]:
         path, start = self._prims[prim], self._tail_starts[prim]
         return tuple(map(Sdf.Path, (place[0] + path[start:] if start else path, *place[1:])))
+
+
+def _holds(query: Usd.UsdCollectionMembershipQuery, paths: Iterable[Sdf.Path]) -> bool:
+    """Return whether a collection holds what several paths count for."""
+    decide = all if query.GetAsPathExpansionRuleMap().get(Sdf.Path.absoluteRootPath) in _EXPANDED else any
+    return decide(query.IsPathIncluded(path) for path in paths)
 
 
 def _is_restricted(collection: Usd.CollectionAPI) -> bool:

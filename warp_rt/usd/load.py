@@ -143,7 +143,7 @@ def load_stage(
         lights, domes = _read_lights(part, materials, shining, base, report, from_rec709)
         instances, surfaces = shining.surfaces()
         if collections is not None:
-            lights, domes = collections.seen(lights), collections.seen(domes)
+            lights, domes = collections.seen(lights, part.links), collections.seen(domes, part.links)
         cameras = _read_cameras(group, code, report)
         if base_time is None:
             cameras = without_idle_shutters(stage, cameras, code)
@@ -218,7 +218,8 @@ def _part(
 
     meshes, lights = gprims.meshes, group.lights
     if collections is not None:
-        instances, lights = collections.geometry(instances, links_of(instances)), collections.lights(lights)
+        links = links_of(instances)
+        instances, lights = collections.geometry(instances, links), collections.lights(lights, links)
     if collections is not None or len(instances) < len(group):  # what is too large to be placed cannot be uploaded
         meshes, instances = without_unused(meshes, instances)
     return _Part(meshes, instances, lights, links_of(instances))

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from pxr import Sdf, Tf, Usd
+from pxr import Tf, Usd
 
 from warp_rt.errors import SceneError
 from warp_rt.report import Report
@@ -65,20 +65,17 @@ class PassCollections:
         kept = rendered & ~pruned
         return instances if kept.all() else instances[np.flatnonzero(kept)]
 
-    def lights(self, placed: Sequence[PlacedPrim]) -> tuple[PlacedPrim, ...]:
-        """Return the lights that shine in this pass."""
+    def lights(self, placed: Sequence[PlacedPrim], links: LinkReader) -> tuple[PlacedPrim, ...]:
+        """Return the lights that shine in this pass; ``links`` tells which of them a collection holds."""
         rendered, pruned = self._query("renderVisibility"), self._query("prune")
-        paths = [_valid_path(light.path, light.prim.GetPath()) for light in placed]
-        shines = [rendered.IsPathIncluded(path) and not pruned.IsPathIncluded(path) for path in paths]
-        return tuple(light for light, is_on in zip(placed, shines, strict=True) if is_on)
+        return tuple(
+            light for light in placed if links.holds(rendered, light.path) and not links.holds(pruned, light.path)
+        )
 
-    def seen(self, lights: Sequence[_AnyLight]) -> list[_AnyLight]:
-        """Return lights or domes, hidden from eye rays where the pass says so."""
+    def seen(self, lights: Sequence[_AnyLight], links: LinkReader) -> list[_AnyLight]:
+        """Return lights or domes, hidden from eye rays where the pass says so; ``links`` as for ``lights``."""
         seen = self._query("cameraVisibility")
-        return [
-            light if seen.IsPathIncluded(_valid_path(light.path)) else replace(light, is_visible=False)
-            for light in lights
-        ]
+        return [light if links.holds(seen, light.path) else replace(light, is_visible=False) for light in lights]
 
     def _rows(self, links: LinkReader, name: str, count: int) -> np.ndarray:
         held = links.read(self._prim, str(self._prim.GetPath()), name, BAD_COLLECTION)
@@ -94,8 +91,3 @@ def without_unused(
     """Return the meshes that are placed, and the placed meshes with their new rows."""
     used, rows = np.unique(instances.mesh, return_inverse=True)
     return tuple(meshes[row] for row in used), replace(instances, mesh=rows.reshape(-1).astype(np.int32))
-
-
-def _valid_path(path: str, otherwise: Sdf.Path = Sdf.Path.absoluteRootPath) -> Sdf.Path:
-    """Return a path; copies of a PointInstancer have none in the stage."""
-    return Sdf.Path(path) if Sdf.Path.IsValidPathString(path) else otherwise
