@@ -16,7 +16,8 @@ from .light_triangle import VisiblePart, middle_of, triangle_irradiance
 from .light_variation import CUT, DARK
 from .mesh_visibility import ball_around, front_of_ball
 from .scene_structs import SceneData
-from .shaped_mesh import Grain, patch_view, shade_patch, shaped_triangle
+from .shaped_mesh import patch_view, shade_patch, shaped_triangle
+from .triangle_pieces import Grain
 from .vector import max_magnitude
 
 OUT_OF_SIGHT = wp.constant(0)

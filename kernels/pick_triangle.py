@@ -16,7 +16,7 @@ from .constants import LEAST_DIVISOR
 from .light_structs import LightData, LightMeshData
 from .light_triangle import middle_of
 from .scene_structs import SceneData
-from .shaped_mesh import ball_square
+from .triangle_pieces import ball_square
 from .vector import max_component
 
 

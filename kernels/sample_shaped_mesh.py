@@ -12,7 +12,7 @@ from .light_structs import LightData
 from .sample_aimed import Aim, aim_at, aimed_direction, aimed_pdf
 from .sample_mesh import meet_mesh, sample_mesh
 from .scene_structs import SceneData
-from .shaped_mesh import ball_of_mesh
+from .triangle_pieces import ball_of_mesh
 
 
 @wp.func

@@ -5,154 +5,23 @@
 Where the light's radiance hardly varies over it, three points tell what a triangle sends. Else it is summed along its
 edges, as the outlines of other lights are: see :mod:`.meridian`.
 
-Where a light has no meridians, under a profile in a space that is more than turned, a triangle is halved through its
-longest side, and its halves again, until what is left is a piece over which the radiance hardly varies: where a cone's
-rim, a sharp focus or a fine profile is, or the surface near, pieces are small, elsewhere large. Halves 2 k and 2 k + 1
-are those of piece k, so that no stack is needed to go through them.
-
-Reference: Rivara (1984), Algorithms for Refining Triangular Grids Suitable for Adaptive and Multigrid Techniques,
-International Journal for Numerical Methods in Engineering 20(4).
+Where a light has no meridians, under a profile in a space that is more than turned, a triangle is cut into pieces over
+which the radiance hardly varies: see :mod:`.triangle_pieces`.
 """
 
 import warp as wp
 
 from .cluster_walk import next_cluster
-from .codes import VARIED
-from .constants import (
-    CANCELLED,
-    FAR_FOCUS,
-    FINEST_PIECE,
-    FOCUS_PIECE,
-    HORIZON_PIECE,
-    LEAST_DIVISOR,
-    PIECES_MAX,
-    PROFILE_PIECE,
-    RIM_PIECE,
-    ROUNDED,
-    SLIVER_PIECE,
-    SMALL_PIECE,
-    SOFT_PIECE,
-    WIDE_PIECE,
-)
+from .constants import CANCELLED, FAR_FOCUS, LEAST_DIVISOR, PIECES_MAX, ROUNDED, SMALL_PIECE
 from .emission import EmissionCell, mean_emission
 from .light_direction import half_angle
 from .light_structs import LightData, LightMeshData, LightTriangle
 from .light_triangle import VisiblePart, middle_of, polygon_above, triangle_irradiance
-from .light_variation import (
-    CUT,
-    DARK,
-    EVEN,
-    angle_to_axis,
-    cone_view,
-    focus_rate,
-    is_profile_cut,
-    is_profile_even,
-    profile_cell,
-)
-from .meridian import MeridianView, ShapedFlux, add_edge, meridian_view
+from .light_variation import CUT, DARK, EVEN, angle_to_axis, cone_view, focus_rate, is_profile_cut, is_profile_even
+from .meridian import ShapedFlux, add_edge, meridian_view
 from .scene_structs import SceneData
+from .triangle_pieces import RIM, Grain, ball_square, half_triangle, piece_of, piece_view
 from .vector import max_magnitude
-
-RIM = wp.constant(3)
-"""What :func:`piece_view` says besides: a cone's or a profile's end cuts a piece that is as small as such ones get."""
-
-
-@wp.func
-def ball_square(triangle: LightTriangle) -> float:
-    """Return the squared radius of the ball about a triangle's middle that holds it."""
-    middle = (triangle.side_x + triangle.side_y) / 3.0
-    size2 = wp.max(wp.length_sq(middle), wp.length_sq(triangle.side_x - middle))
-    return wp.max(size2, wp.length_sq(triangle.side_y - middle))
-
-
-@wp.func
-def ball_of_mesh(scene: wp.ref[SceneData], mesh: LightMeshData) -> wp.vec4:
-    """Return the centre of a ball that holds a mesh light, and its squared radius."""
-    triangle = scene.light_triangles[mesh.offset]
-    center = middle_of(triangle)
-    size2 = ball_square(triangle)
-    if mesh.leaves > 1:
-        whole = scene.light_clusters[mesh.clusters + 1]
-        center = whole.center
-        size2 = whole.radius * whole.radius
-    return wp.vec4(center[0], center[1], center[2], size2)
-
-
-@wp.func
-def half_triangle(triangle: LightTriangle, is_second: bool) -> LightTriangle:
-    """Return one of the two triangles that a cut from the middle of the longest side makes, wound as it is."""
-    x = triangle.side_x
-    y = triangle.side_y
-    x2 = wp.length_sq(x)
-    y2 = wp.length_sq(y)
-    across2 = wp.length_sq(y - x)
-    half = triangle
-    if x2 >= y2 and x2 >= across2:
-        half.side_x = 0.5 * x
-        if is_second:
-            half.origin = triangle.origin + 0.5 * x
-            half.side_y = y - 0.5 * x
-    elif y2 >= across2:
-        half.side_y = 0.5 * y
-        if is_second:
-            half.origin = triangle.origin + 0.5 * y
-            half.side_x = x - 0.5 * y
-    elif is_second:
-        half.side_x = 0.5 * (x + y)
-    else:
-        half.side_y = 0.5 * (x + y)
-    return half
-
-
-@wp.func
-def piece_of(triangle: LightTriangle, node: int) -> LightTriangle:
-    """Return a piece of a triangle, which itself is piece 1; the halves of piece k are 2 k and 2 k + 1."""
-    bit = int(1)
-    while 2 * bit <= node:
-        bit = 2 * bit
-    piece = triangle
-    while bit > 1:
-        bit = bit / 2
-        piece = half_triangle(piece, (node / bit) % 2 == 1)
-    return piece
-
-
-@wp.struct
-class Grain:
-    """How small pieces of a mesh light's triangles get, as seen from a surface: half angles [rad]."""
-
-    rim: wp.float32
-    """Of those that the end of a cone or a profile cuts."""
-    finest: wp.float32
-    """Of those that are cut for their profile."""
-    meridians: MeridianView
-    """Of a light that has them: where its radiance varies too much over a triangle, it is summed along the edges."""
-
-
-@wp.func
-def grain_of(scene: wp.ref[SceneData], light: wp.ref[LightData], mesh: LightMeshData, position: wp.vec3) -> Grain:
-    """Return how small pieces of a mesh light get: by how large it looks, how wide its cone is, and what that leaves.
-
-    Of a light whose radiance does not vary none are asked for, and all is 0.
-
-    Args:
-        scene: Lights' triangles and clusters.
-        light: The light.
-        mesh: Its triangles.
-        position: Of the surface.
-    """
-    grain = Grain()
-    if (light.varies & VARIED) == 0:
-        return grain
-    ball = ball_of_mesh(scene, mesh)
-    center = wp.vec3(ball[0], ball[1], ball[2])
-    size2 = ball[3]
-    half = half_angle(size2, wp.length_sq(center - position))
-    reach = light.cone_angle - angle_to_axis(light, wp.normalize(center - position)) + half
-    grain.rim = RIM_PIECE * wp.max(wp.min(wp.min(light.cone_angle, half), reach), SLIVER_PIECE * half)
-    grain.finest = FINEST_PIECE * half
-    grain.meridians = meridian_view(scene, light, center - position, size2)
-    return grain
 
 
 @wp.func
@@ -187,51 +56,6 @@ def shade_patch(
     radiance = mean_emission(scene, light, wp.vec3(0.0, 0.0, 0.0), wi, 1.0, cell)
     part.arriving = radiance * wp.dot(n, part.irradiance)
     part.irradiance = part.irradiance * max_magnitude(radiance)
-
-
-@wp.func
-def piece_view(
-    scene: wp.ref[SceneData], light: wp.ref[LightData], piece: LightTriangle, n: wp.vec3, grain: wp.ref[Grain]
-) -> int:
-    """Return whether a piece of a triangle is DARK, has an EVEN radiance, is at its RIM, or has to be CUT.
-
-    Args:
-        scene: Profiles.
-        light: The light.
-        piece: Its origin as seen from the surface.
-        n: The surface's unit normal.
-        grain: How small pieces get.
-    """
-    middle = middle_of(piece)
-    size2 = ball_square(piece)
-    height = wp.dot(n, middle)
-    is_low = height * height < size2
-    if height <= 0.0 and not is_low:
-        return DARK
-    view = cone_view(light, middle, size2)
-    if view == DARK:
-        return DARK
-    half = half_angle(size2, wp.length_sq(middle))
-    if half > WIDE_PIECE:
-        return CUT
-    theta = angle_to_axis(light, wp.normalize(middle))
-    if view == CUT:
-        # Towards the rim of a soft cone little is left, of which a point more or less makes much.
-        soft = wp.min(light.cone_angle * light.cone_softness, wp.max(light.cone_angle - theta, 0.0))
-        if half > wp.max(grain.rim, SOFT_PIECE * soft):
-            return CUT
-        view = RIM if soft < half / SOFT_PIECE else int(EVEN)
-    limit = HORIZON_PIECE if is_low else FOCUS_PIECE
-    if light.focus > 0.0 and half * focus_rate(light, theta, half) > limit:
-        return CUT
-    if light.profile >= 0:
-        if is_profile_cut(scene.profiles[light.profile], theta, half):
-            if half > grain.rim:
-                return CUT
-            view = int(RIM)
-        if half > wp.max(PROFILE_PIECE * profile_cell(scene.profiles[light.profile], theta, half), grain.finest):
-            return CUT
-    return view
 
 
 @wp.func

@@ -12,7 +12,7 @@ from .light_structs import LightData, LightMeshData
 from .mesh_parts import part_of_mesh
 from .mesh_visibility import SeenPoints, is_free, look_past_rest
 from .scene_structs import SceneData
-from .shaped_mesh import grain_of
+from .triangle_pieces import grain_of
 from .vector import face_forward
 
 

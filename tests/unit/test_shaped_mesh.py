@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rt.kernels.light_structs import LightTriangle
 from warp_rt.kernels.light_triangle import VisiblePart, triangle_irradiance
-from warp_rt.kernels.shaped_mesh import ball_square, piece_of
+from warp_rt.kernels.triangle_pieces import ball_square, piece_of
 from warp_rt.warp_setup import init_warp
 
 init_warp()
