@@ -10,7 +10,7 @@ from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.usd.authored import AuthoredReader
-from warp_rt.usd.mesh import read_normals
+from warp_rt.usd.normals import read_normals
 from warp_rt.usd.plain_values import PlainValues, read_plain_values
 from warp_rt.usd.primvars import Layout, read_primvars
 from warp_rt.usd.sources import Source

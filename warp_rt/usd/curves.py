@@ -15,8 +15,9 @@ from warp_rt.usd.arrays import float_rows, integers, vector_rows
 from warp_rt.usd.basis_curves import BAD_CURVES, lay_out_basis_curves
 from warp_rt.usd.curve_layout import ShapeLayout, lay_out_points, lay_out_polylines
 from warp_rt.usd.hermite_curves import lay_out_hermite_curves
-from warp_rt.usd.mesh import EMPTY, UNUSED_NORMALS, read_normals
+from warp_rt.usd.mesh import EMPTY
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.normals import UNUSED_NORMALS, read_normals
 from warp_rt.usd.nurbs_curves import lay_out_nurbs_curves
 from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.primvars import lay_out, read_primvar, read_primvars

@@ -19,11 +19,12 @@ from warp_rt.usd.arrays import hold_throughout, integers, signed_integers, vecto
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.cages import Cage, CutMesh, cut_cages, join_cages
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.normals import UNUSED_NORMALS, have_length, pose_normals, read_normals, repair_normals
 from warp_rt.usd.plain_values import PlainConstant, PlainRows, read_plain_values
 from warp_rt.usd.polygons import BAD_TOPOLOGY, Polygons
-from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar, read_primvars
+from warp_rt.usd.primvars import Layout, read_primvars
 from warp_rt.usd.questions import UNTIMED, get_attribute, get_value
-from warp_rt.usd.skinning import Skin, pose
+from warp_rt.usd.skinning import pose
 from warp_rt.usd.sources import MeshSource, Source, report_unreadable
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
 from warp_rt.usd.subsets import read_face_slots
@@ -31,7 +32,6 @@ from warp_rt.usd.subsets import read_face_slots
 BAD_HOLE = "W113"
 INVALID_VALUE = "W114"
 EMPTY = "N910"
-UNUSED_NORMALS = "N915"
 
 SMOOTH_SCHEMES = ("catmullClark", "loop")
 """Schemes whose surface is smooth. A bilinear one has the edges and corners of its cage, and flat normals."""
@@ -179,7 +179,7 @@ def _finish(cages: Sequence[Cage], shapes: Sequence[CutMesh], report: Report) ->
             report_unreadable(cage.source.prim, error, report)
             unreadable.add(k)
     held = [(k, one) for k, one in enumerate(normals) if one is not None]
-    known = hold_throughout([one.values for _, one in held], _have_length)
+    known = hold_throughout([one.values for _, one in held], have_length)
     for (k, one), are_known in zip(held, known, strict=True):
         if not are_known:
             normals[k] = repair_normals(one, turned[k].points, turned[k].layout.triangles)
@@ -257,12 +257,6 @@ def _laid_out(plain: Sequence[PlainRows | PlainConstant], layout: Layout) -> dic
     return found
 
 
-def _have_length(vectors: np.ndarray) -> np.ndarray:
-    """Return which vectors are not zero, rounding aside: bool, shape [n]."""
-    x, y, z = vectors.astype(np.float64).T
-    return x * x + y * y + z * z > 0
-
-
 def _has_normals(prim: Usd.Prim, names: Collection[str], time: Usd.TimeCode) -> bool:
     """Return whether normals are authored, and there are some."""
     return any(name in names and prim.GetAttribute(name).Get(time) for name in _NORMALS)
@@ -313,33 +307,6 @@ def _turned(shape: CutMesh) -> CutMesh:
     return shape._replace(layout=layout, normals=normals)
 
 
-def repair_normals(normals: Primvar, points: np.ndarray, triangles: np.ndarray) -> Primvar | None:
-    """Return normals without zero vectors: corners that had one take the geometric normal of their triangle.
-
-    Args:
-        normals: In local space.
-        points: Local space, shape [n, 3].
-        triangles: Rows of points, counter-clockwise, shape [t, 3].
-    """
-    is_zero = ~_have_length(normals.values)
-    if not is_zero.any():
-        return normals
-    if normals.indices is None:
-        return None
-    values = np.where(is_zero[:, None], np.array([0, 0, 1], np.float32), normals.values)
-    broken = np.flatnonzero(is_zero[normals.indices].any(axis=1))
-    if not len(broken):
-        return Primvar(values, normals.indices)
-    corner_points = points[triangles[broken]].astype(np.float64)
-    geometric = np.cross(corner_points[:, 1] - corner_points[:, 0], corner_points[:, 2] - corner_points[:, 0])
-    lengths = np.linalg.norm(geometric, axis=1, keepdims=True)
-    geometric = np.where(lengths > 0, geometric / np.where(lengths > 0, lengths, 1), [0.0, 0.0, 1.0])
-    indices = normals.indices.copy()
-    own_row = (len(values) + np.arange(len(broken), dtype=np.int32))[:, None]
-    indices[broken] = np.where(is_zero[indices[broken]], own_row, indices[broken])
-    return Primvar(np.concatenate([values, geometric.astype(np.float32)]), indices)
-
-
 def _own_array(value: Any, prim: Usd.Prim, name: str, report: Report) -> Any:
     """Return points, shape [n, 3], or integers: none where they are absent or, told, of a wrong type."""
     if type(value) is (Vt.Vec3fArray if name == "points" else Vt.IntArray):
@@ -366,41 +333,3 @@ def _read_holes(prim: Usd.Prim, face_count: int, time: Usd.TimeCode, report: Rep
     is_hole = np.zeros(face_count, bool)
     is_hole[holes[inside]] = True
     return is_hole
-
-
-def read_normals(schema: UsdGeom.PointBased, layout: Elements, time: Usd.TimeCode, report: Report) -> Primvar | None:
-    """Return authored normals; ``primvars:normals`` takes precedence over the attribute ``normals``."""
-    path = str(schema.GetPath())
-    primvar = UsdGeom.PrimvarsAPI(schema).GetPrimvar("normals")
-    if primvar and primvar.HasAuthoredValue():
-        normals = read_primvar(primvar, layout, time, report)
-    else:
-        value = schema.GetNormalsAttr().Get(time)
-        if value is None:
-            return None
-        values = vector_rows(value, 3)
-        if values is None:
-            report.warn(WRONG_TYPE, path, f"normals left out: type {schema.GetNormalsAttr().GetTypeName()}")
-            return None
-        if not len(values):
-            return None
-        is_finite = np.isfinite(values).all(axis=1)
-        if not is_finite.all():
-            report.warn(NOT_FINITE, path, f"{(~is_finite).sum()} normals are not finite: the face's own is taken")
-            values = np.where(is_finite[:, None], values, np.float32(0))
-        normals = lay_out(values, None, str(schema.GetNormalsInterpolation()), layout, path, "normals", report)
-    return normals
-
-
-def pose_normals(normals: Primvar, layout: Layout, skin: Skin) -> Primvar:
-    """Return normals deformed by a skin."""
-    values, rows = normals.values, normals.indices
-    if rows is None:
-        if skin.is_rigid:
-            return normals
-        values, rows = np.tile(values[:1], (layout.point_count, 1)), layout.triangles
-    if len(values) == layout.point_count and np.array_equal(rows, layout.triangles):
-        return Primvar(skin.normals(values, np.arange(layout.point_count), layout.point_count), rows)
-    # A value that several corners share may be turned by other joints at each of them.
-    corners = skin.normals(values[rows].reshape(-1, 3), layout.triangles.reshape(-1), layout.point_count)
-    return Primvar(corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3))

@@ -21,8 +21,9 @@ from warp_rt.splines.pieces import MAX_ORDER, Pieces, find_pieces
 from warp_rt.splines.tessellation import Tessellation, find_lines, tessellate
 from warp_rt.usd.arrays import doubles, point_weights
 from warp_rt.usd.attribute_values import AttributeReader, shown
-from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, UNUSED_NORMALS, read_normals, repair_normals
+from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.normals import UNUSED_NORMALS, read_normals, repair_normals
 from warp_rt.usd.polygons import BAD_POINT, MAX_COORDINATE
 from warp_rt.usd.primvars import read_primvars
 from warp_rt.usd.skinning import Skin, pose

@@ -16,8 +16,9 @@ from warp_rt.report import Report
 from warp_rt.scene import Mesh
 from warp_rt.usd.arrays import integer_rows
 from warp_rt.usd.attribute_values import AttributeReader
-from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS, pose_normals, read_normals, repair_normals
+from warp_rt.usd.mesh import EMPTY, INVALID_VALUE, ORIENTATIONS
 from warp_rt.usd.motion import read_points
+from warp_rt.usd.normals import pose_normals, read_normals, repair_normals
 from warp_rt.usd.polygons import BAD_INDEX, BAD_TOPOLOGY, MAX_COORDINATE, drawable_polygons
 from warp_rt.usd.primvars import Layout, read_primvars
 from warp_rt.usd.skinning import Skin, pose
