@@ -245,7 +245,7 @@ def camera_data(
         width: Of the whole picture [pixel].
         height: Likewise.
         settings: Aspect policy, pixel aspect ratio, whether there is depth of field.
-        origin: World point that device coordinates are relative to.
+        origin: World point that device coordinates are relative to, shape [3].
         device: Where its arrays lie.
     """
     left, right, bottom, top = picture_window(camera, width, height, settings)

@@ -79,7 +79,7 @@ def emptiness_note(scene: Scene, camera: Camera, size: tuple[int, int], alpha: n
         scene: What was rendered.
         camera: What it was seen through.
         size: Width and height of the picture [pixel].
-        alpha: Of the picture.
+        alpha: Of the picture, shape [height, width].
     """
     covered = float(alpha.sum())
     if covered > _LOST * alpha.size:

@@ -55,7 +55,7 @@ def find_pieces(
     """Return the pieces of splines.
 
     Args:
-        knots: Those of all splines, ascending in each, float64.
+        knots: Those of all splines, one spline's after the other's, ascending in each, float64, shape [k].
         first_knot: Position of the first knot of each spline, shape [n]; it has ``counts + degree + 1``.
         counts: Control points of each spline, more than its degree, shape [n].
         degree: Of all of them, at least 1.

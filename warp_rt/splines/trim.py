@@ -34,8 +34,8 @@ def find_regions(loops: Sequence[np.ndarray], low: np.ndarray, high: np.ndarray)
 
     Args:
         loops: Closed polygons, their last point before the first one again, shape [k, 2] each.
-        low: Lower corner of the domain.
-        high: Upper corner of the domain.
+        low: Lower corner of the domain, u and v, shape [2].
+        high: Upper corner, likewise.
 
     Raises:
         CrossingLoopsError: The loops cross.
@@ -73,8 +73,8 @@ def triangulate_regions(
 
     Args:
         regions: As ``find_regions`` gives them.
-        u_lines: Lines of equal u, ascending; what lies beyond the first and the last is left out.
-        v_lines: Lines of equal v.
+        u_lines: Lines of equal u, ascending, shape [k]; what lies beyond the first and the last is left out.
+        v_lines: Lines of equal v, likewise.
 
     Returns:
         Vertices, u and v, float64, shape [n, 2]; rows of them, int64, counter-clockwise, shape [m, 3].

@@ -219,6 +219,6 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors of length 1; those of length 0 as they are."""
+    """Return vectors, shape [n, 3], at length 1; those of length 0 as they are."""
     length = np.sqrt(np.einsum("ni,ni->n", vectors, vectors))[:, None]
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

@@ -90,7 +90,13 @@ class _MeshTables:
         self.values, self.material_slots, self.face_ids = Joined(), Joined(), Joined()
 
     def add_mesh(self, record: Any, mesh: Mesh | Shapes, origin: np.ndarray) -> None:
-        """Add all but primvars, and write where they are to a record of ``MeshData``."""
+        """Add all but primvars, and write where they are to a record of ``MeshData``.
+
+        Args:
+            record: Changed in place.
+            mesh: In its own space.
+            origin: Point of that space that its coordinates on the device are relative to, shape [3].
+        """
         record["is_closed"] = mesh.is_closed
         record["outward"] = 1.0
         if isinstance(mesh, Shapes):

@@ -122,7 +122,12 @@ class _Probes:
         return np.asarray(np.ptp(self.values, axis=0) * ACCURACY + CLOSE * max(1.0, float(np.abs(self.values).max())))
 
     def agree(self, fold: Fold, chosen: np.ndarray | None = None) -> bool:
-        """Return whether the field is the same at places that are moved along the axis; ``chosen``: at some of them."""
+        """Return whether the field is the same at places that are moved along the axis.
+
+        Args:
+            fold: Where they are moved to.
+            chosen: Places that are asked about, bool, shape [n]; None: all.
+        """
         rows = np.arange(len(self.places)) if chosen is None else np.flatnonzero(chosen)
         # Most folds that do not fit show it at the first few places.
         for some in (rows[:_FEW], rows[_FEW:]):

@@ -28,7 +28,16 @@ def distant_divisor(angle: float) -> float:
 
 
 def world_area(kind: LightKind, matrix: np.ndarray, radius: float, width: float, height: float, length: float) -> float:
-    """Return the area of a light's surface in world space."""
+    """Return the area of a light's surface in world space [scene unit^2].
+
+    Args:
+        kind: RECT, DISK, SPHERE or CYLINDER.
+        matrix: The light's ``world_from_local``, shape [4, 4].
+        radius: In the light's space, as the others; of a rectangle it does not count.
+        width: Of a rectangle, along x.
+        height: Of a rectangle, along y.
+        length: Of a cylinder, along x.
+    """
     x, y, z = matrix[:3, 0], matrix[:3, 1], matrix[:3, 2]
     if kind == LightKind.RECT:
         return float(np.linalg.norm(np.cross(x * width, y * height)))
@@ -41,7 +50,12 @@ def world_area(kind: LightKind, matrix: np.ndarray, radius: float, width: float,
 
 
 def mesh_area(matrix: np.ndarray, mesh: ShiningMesh) -> float:
-    """Return the area in world space of geometry that shines."""
+    """Return the area in world space [scene unit^2] of geometry that shines.
+
+    Args:
+        matrix: The light's ``world_from_local``, shape [4, 4].
+        mesh: What shines, in the light's space.
+    """
     corners = mesh.triangles @ matrix[:3, :3].T
     sides = corners[:, 1:] - corners[:, :1]
     return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2) * mesh.density

@@ -128,7 +128,7 @@ class MeshLightReader:
 
         Args:
             prim: The geometry.
-            world_from_local: Of the copy that is asked for, which may have primvars of its own.
+            world_from_local: Shape [4, 4], of the copy that is asked for, which may have primvars of its own.
             time: When.
             is_shaped: Whether the light is: see :func:`enclosing_triangles`.
         """
