@@ -89,6 +89,7 @@ typedef bool bools __attribute__((ext_vector_type(16)));
 #define WARP_RT_MAX(a, b) ((a) > (b) ? (a) : (b))
 #define WARP_RT_MASK(m) __builtin_bit_cast(unsigned short, __builtin_convertvector((m), bools))
 """
+"""Opens a block, in which nothing is contracted: the source that it stands before closes it."""
 
 COLUMNS = r"""
 #define WARP_RT_COLUMNS(p, x, y, z) \
