@@ -35,6 +35,7 @@ WORDS = {
     "09_ray_tree.py": "All 10 nodes sum to 0.664",
     "10_views.py": "points are ",
     "11_contact_sheet.py": "5 of 5 stages are clean",
+    "12_trace_kernel.py": "points see 0% to 98% of the sky",
 }
 FILES = {
     "01_render.py": {"mirror_teapot.png"},
@@ -50,6 +51,7 @@ FILES = {
     "09_ray_tree.py": {"ray_tree.usda", "ray_tree.png"},
     "10_views.py": {"views.png"} | {f"view_{view}.{kind}" for view in range(4) for kind in ("exr", "ids.json")},
     "11_contact_sheet.py": {"contact_sheet.png"},
+    "12_trace_kernel.py": {"sky.png"},
 }
 
 
