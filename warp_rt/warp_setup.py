@@ -34,6 +34,7 @@ def init_warp() -> None:
 
     Raises:
         OutputError: There is no folder at all that can be written.
+        DeviceError: Warp cannot start.
     """
     global _has_temporary_cache, _is_ready
     with _lock:
@@ -44,8 +45,11 @@ def init_warp() -> None:
         if wp.config.kernel_cache_dir is None and not _default_is_writable():
             wp.config.kernel_cache_dir = _temporary_cache()
             _has_temporary_cache = True
-        with _muted_stderr():
-            wp.init()
+        try:
+            with _muted_stderr():
+                wp.init()
+        except RuntimeError as error:  # its native part does not fit the machine, or into the memory
+            raise DeviceError(f"Warp cannot start: {error}") from error
         _is_ready = True
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Binaries of render kernels are known by what they were compiled from, and launched without it."""
 
+import errno
 import os
 import shutil
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 import warp as wp
 
-from warp_rt import device, kernels
+from warp_rt import device, errors, kernels
 from warp_rt.device import compile_notice, kernel_binaries
 from warp_rt.kernels import render_plain
 from warp_rt.warp_setup import init_warp
@@ -153,6 +154,7 @@ def house(tmp_path: Path) -> Path:
     (tmp_path / "warp_rt" / "kernels").mkdir(parents=True)
     (tmp_path / "warp_rt" / "__init__.py").touch()
     (tmp_path / "warp_rt" / "device").mkdir()
+    shutil.copy(str(errors.__file__), tmp_path / "warp_rt")
     for module in (device, compile_notice, kernel_binaries):
         shutil.copy(str(module.__file__), tmp_path / "warp_rt" / "device")
     shutil.copyfile(str(kernels.__file__), tmp_path / "warp_rt" / "kernels" / "__init__.py")
@@ -190,9 +192,28 @@ def test_a_damaged_binary_is_compiled_again(house: Path) -> None:
     assert binary.stat().st_size == whole
 
 
+def test_a_cache_that_cannot_be_written_is_named_and_left_clean(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+
+    def full(*arguments: object, **options: object) -> None:
+        (tmp_path / f"wp_any_p{os.getpid()}_t1").mkdir()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(wp, "compile_aot_module", full)
+    with pytest.raises(errors.OutputError, match=r"cannot write kernels: No space left on device; WARP_CACHE_PATH"):
+        kernel_binaries.load_module(render_plain, "cpu")
+    assert not list(tmp_path.iterdir())
+
+
 def test_kernels_in_an_archive_are_loaded_as_warp_does(house: Path) -> None:
     shutil.make_archive(str(house / "house"), "zip", house, "warp_rt")
     assert load(house, path="house.zip") == 1.0
+    (binary,) = house.glob("cache/**/wp_warp_rt.kernels.main_*/*.o")
+    binary.write_bytes(b"")
+    assert load(house, path="house.zip") == 1.0
+    assert binary.stat().st_size > 0
 
 
 def test_it_is_cleared_with_those_of_warp() -> None:

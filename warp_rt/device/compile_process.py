@@ -24,7 +24,7 @@ from pathlib import Path
 
 import warp as wp
 
-from warp_rt.device.kernel_binaries import load_module
+from warp_rt.device.kernel_binaries import load_module, remove_unfinished
 from warp_rt.device.workers import default_thread_count
 from warp_rt.warp_setup import init_warp
 
@@ -99,9 +99,8 @@ def _end_with_input(scratch: str) -> None:
 
 def _end(scratch: str) -> None:
     """End this process and take away what it has not finished."""
-    unfinished = Path(str(wp.config.kernel_cache_dir or scratch)).glob(f"*_p{os.getpid()}_t*")  # as Warp names them
-    for folder in (*unfinished, Path(scratch)):
-        shutil.rmtree(folder, ignore_errors=True)
+    remove_unfinished()
+    shutil.rmtree(scratch, ignore_errors=True)
     os._exit(0)
 
 

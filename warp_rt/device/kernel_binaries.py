@@ -16,11 +16,12 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
 import re
 import shutil
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -28,12 +29,14 @@ from types import ModuleType
 import warp as wp
 
 from warp_rt.device.compile_notice import told_if_slow
+from warp_rt.errors import OutputError
 from warp_rt.kernels import is_as_imported
 
 _lock = threading.Lock()
 _loaded_by_warp: set[tuple[str, str]] = set()
 """Names and devices of the files that Warp has found by its own hash, which it does quickly from then on."""
 _CPU_BLOCK, _CUDA_BLOCK = 1, 256  # threads a block of Warp's launches
+_HASH_LETTERS = 7  # of Warp's hash in the name of a folder of binaries
 _IMPORT = re.compile(rb"^\s*from \.(\w+) import", re.MULTILINE)  # as all kernel files write it
 _NOT_COMPILED_IN = {"kernel_cache_dir", "log_level", "print_launches", "verbose_warnings"}
 """Settings of Warp that leave binaries as they are."""
@@ -60,15 +63,15 @@ def load_module(module: ModuleType, device: str, *, on_slow: Callable[[], None] 
             if has_body:
                 module.import_body()
             name = (module.__name__, device)
-            with contextlib.nullcontext() if name in _loaded_by_warp else told_if_slow(on_slow):
-                wp.load_module(module, device=device)
+            with contextlib.nullcontext() if name in _loaded_by_warp else told_if_slow(on_slow), _failures_told():
+                _load_by_hash(module, device)
             _loaded_by_warp.add(name)
             return
         _choose_block(module, device)
         folder = _folder(module, digest)
         if _is_loaded(module, device, folder):
             return
-        with told_if_slow(on_slow):
+        with told_if_slow(on_slow), _failures_told():
             module.import_body()
             if is_as_imported():
                 _compile(module, device, folder)
@@ -77,6 +80,28 @@ def load_module(module: ModuleType, device: str, *, on_slow: Callable[[], None] 
                 with tempfile.TemporaryDirectory(prefix="warp_rt_", ignore_cleanup_errors=True) as private:
                     _compile(module, device, Path(private, folder.name))
                     _load(module, device, Path(private, folder.name))
+
+
+@contextlib.contextmanager
+def _failures_told() -> Iterator[None]:
+    """Say which folder could not be written, as on a full disk; what is unfinished there is removed.
+
+    Raises:
+        OutputError: The block met an error of the system.
+    """
+    folder = wp.config.kernel_cache_dir
+    try:
+        yield
+    except OSError as error:
+        remove_unfinished()
+        reason = error.strerror or error
+        raise OutputError(f"{folder}: cannot write kernels: {reason}; WARP_CACHE_PATH chooses a folder") from error
+
+
+def remove_unfinished() -> None:
+    """Remove from the cache what this process has begun to compile."""
+    for folder in Path(str(wp.config.kernel_cache_dir)).glob(f"*_p{os.getpid()}_t*"):  # as Warp names them
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_loaded(module: ModuleType, device: str, folder: Path) -> bool:
@@ -89,6 +114,16 @@ def _is_loaded(module: ModuleType, device: str, folder: Path) -> bool:
         shutil.rmtree(folder, ignore_errors=True)
         return False
     return True
+
+
+def _load_by_hash(module: ModuleType, device: str) -> None:
+    """Have Warp compile a file unless it finds its binaries, and load them; damaged ones are compiled again."""
+    try:
+        wp.load_module(module, device=device)
+    except Exception:  # as above; Warp does not tell which folder it is, only how the names of all begin and end
+        for folder in Path(str(wp.config.kernel_cache_dir)).glob(f"wp_{module.__name__}_{'[0-9a-f]' * _HASH_LETTERS}"):
+            shutil.rmtree(folder, ignore_errors=True)
+        wp.load_module(module, device=device)
 
 
 def _load(module: ModuleType, device: str, folder: Path) -> None:
