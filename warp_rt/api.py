@@ -20,6 +20,7 @@ from warp_rt.options import (
     DEFAULT_DEPTH,
     RenderOptions,
     check_depths,
+    check_mask,
     check_purposes,
     refinement_level,
 )
@@ -71,7 +72,11 @@ def open_scene(
         OptionError: A purpose or complexity is unknown, or the mask names no prim.
     """
     check_purposes(purposes)
+    mask = check_mask(mask)
     level = refinement_level(complexity)
+    for name, prim in (("render_settings", render_settings), ("render_pass", render_pass)):
+        if prim is not None and not isinstance(prim, str):
+            raise OptionError(f"{name}: the path of a prim expected, got {prim!r}")
     # What makes a stage is told by name, for pxr is not to be loaded here.
     if not isinstance(path_or_stage, str | PathLike) and not hasattr(path_or_stage, "GetPseudoRoot"):
         raise SceneError(f"a path or an open Usd.Stage expected, got {type(path_or_stage).__name__}")

@@ -93,7 +93,7 @@ class RenderOptions:
 
     def __post_init__(self) -> None:
         for name in ("aovs", "ambient", "background", "crop"):
-            if getattr(self, name) is not None:
+            if getattr(self, name) is not None or name == "aovs":
                 object.__setattr__(self, name, _as_tuple(name, getattr(self, name)))
         for name in ("spp", "seed"):
             if getattr(self, name) is None:
@@ -108,6 +108,8 @@ class RenderOptions:
         check_threads(self.threads)
         _whole_number("tile_size", self.tile_size, 1, MAX_SIZE)
         _number("time_limit", self.time_limit, 0.0, math.inf)
+        if self.lights_visible not in (True, False):
+            raise OptionError(f"lights_visible: True or False expected, got {self.lights_visible!r}")
         _one_of("integrator", self.integrator, INTEGRATORS)
         _one_of("shadows", self.shadows, SHADOWS)
         _one_of("texture_filter", self.texture_filter, TEXTURE_FILTERS)
@@ -149,6 +151,19 @@ def check_depths(depths: Sequence[Any]) -> tuple[int, ...]:
         if after <= before:
             raise OptionError(f"depths: {after} comes after {before}; they have to grow, such as 1, 2, 3")
     return tuple(int(depth) for depth in depths)
+
+
+def check_mask(mask: Sequence[Any]) -> tuple[str, ...]:
+    """Return the paths that a stage is composed of.
+
+    Raises:
+        OptionError: They are no sequence of texts.
+    """
+    paths = _as_tuple("mask", mask)
+    for path in paths:
+        if not isinstance(path, str):
+            raise OptionError(f"mask: paths expected, got {path!r}")
+    return paths
 
 
 def refinement_level(complexity: str) -> int:

@@ -19,6 +19,8 @@ from warp_rt.options import PURPOSES, RenderOptions
     [
         ({"aovs": "color"}, "aovs: a sequence expected, such as ('color',)"),
         ({"aovs": 5}, "aovs: a sequence expected, got 5"),
+        ({"aovs": None}, "aovs: a sequence expected, got None"),
+        ({"lights_visible": "yes"}, "lights_visible: True or False expected, got 'yes'"),
         ({"aovs": (5,)}, "aov: 5 is none of color, depth"),
         ({"width": "640"}, "width: a whole number expected, got '640'"),
         ({"width": 640.0}, "width: a whole number expected, got 640.0"),
@@ -57,6 +59,32 @@ def test_purposes_are_from_a_list(purposes: Any) -> None:
     with pytest.raises(OptionError, match=r"^purposes: ") as raised:
         warp_rt.load_scene("no such file.usda", purposes=purposes)
     assert isinstance(purposes, str) or ", ".join(PURPOSES) in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"mask": "/World"}, "mask: a sequence expected, such as ('/World',)"),
+        ({"mask": (5,)}, "mask: paths expected, got 5"),
+        ({"render_settings": 5}, "render_settings: the path of a prim expected, got 5"),
+        ({"render_pass": b"/Pass"}, "render_pass: the path of a prim expected, got b'/Pass'"),
+    ],
+)
+def test_what_is_no_path_of_a_prim_is_refused(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(OptionError) as raised:
+        warp_rt.load_scene("no such file.usda", **options)
+    assert str(raised.value) == said
+
+
+def test_what_is_neither_a_camera_nor_options_nor_an_exposure_is_refused() -> None:
+    scene = warp_rt.Scene.from_arrays(np.eye(3), [[0, 1, 2]])
+    for camera in (5, b"Camera", np.eye(4)):
+        with pytest.raises(OptionError, match="camera: a Camera, or the path or name of one expected, got "):
+            warp_rt.render(scene, width=4, camera=camera)
+    with pytest.raises(OptionError, match="options: RenderOptions expected, got dict"):
+        warp_rt.Renderer(scene, {"width": 4})  # type: ignore[arg-type]
+    with pytest.raises(OptionError, match="exposure: a number expected, got 'bright'"):
+        warp_rt.render(scene, width=4, exposure="bright")
 
 
 @pytest.mark.parametrize("scene", [5, None, b"a.usda"])

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 from warp_rt.errors import OptionError
 
 TONE_MAPS = ("srgb", "raw")
@@ -17,8 +19,10 @@ def check_display(exposure: float, tonemap: str) -> None:
     """Return if pictures can be shown so.
 
     Raises:
-        OptionError: The exposure is out of range, or the tone map unknown.
+        OptionError: The exposure is no number or out of range, or the tone map unknown.
     """
+    if not isinstance(exposure, Real) or isinstance(exposure, bool):
+        raise OptionError(f"exposure: a number expected, got {exposure!r}")
     if not -MAX_EXPOSURE <= exposure <= MAX_EXPOSURE:
         raise OptionError(f"exposure: {exposure} is outside -{MAX_EXPOSURE:g}..{MAX_EXPOSURE:g} stops")
     if tonemap not in TONE_MAPS:

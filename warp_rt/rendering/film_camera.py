@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rt.errors import SceneError
+from warp_rt.errors import OptionError, SceneError
 from warp_rt.kernels import frame_structs
 from warp_rt.near_matches import near_matches
 from warp_rt.options import DEFAULT_WIDTH, MAX_SIZE, RenderOptions
@@ -32,7 +32,10 @@ def choose_camera(scene: Scene, name: str | None, *, as_usdrecord: bool = False)
 
     Raises:
         SceneError: There is no camera of that name.
+        OptionError: It is no name.
     """
+    if name is not None and not isinstance(name, str):
+        raise OptionError(f"camera: a Camera, or the path or name of one expected, got {type(name).__name__}")
     cameras = {camera.path: camera for camera in scene.cameras}
     if name:
         found = [camera for path, camera in cameras.items() if name in (path, path.rsplit("/", 1)[-1])]

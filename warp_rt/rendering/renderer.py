@@ -17,6 +17,7 @@ from warp_rt.bvh.mesh_trees import has_same_triangles
 from warp_rt.device.compile import load_kernels
 from warp_rt.device.launch import Deadline
 from warp_rt.device.workers import default_thread_count
+from warp_rt.errors import OptionError
 from warp_rt.options import RenderOptions
 from warp_rt.rendering.constant_inputs import with_constant_inputs
 from warp_rt.rendering.exposure import Exposure
@@ -71,6 +72,8 @@ class Renderer:
         init_warp()
         self.device = resolve_device(device)
         self.scene = with_constant_inputs(scene)
+        if not isinstance(options, RenderOptions | None):
+            raise OptionError(f"options: RenderOptions expected, got {type(options).__name__}")
         self.options = resolve_options(options or RenderOptions(), scene.settings)
         """With every term that was left open filled in."""
         self.threads = self.options.threads or default_thread_count()

@@ -111,6 +111,8 @@ def _no_file(name: str) -> str | None:
         return "no such file"
     if Path(file).is_dir():
         return "is a folder, not a USD file"
+    if not os.access(file, os.R_OK):
+        return "cannot be read: Permission denied"
     return None if size else "the file is empty"
 
 
