@@ -135,10 +135,11 @@ def test_values_that_are_none_of_the_schemas_are_told(attribute: str) -> None:
     assert codes(load(model(attribute))) == {"W114"}
 
 
-def test_what_is_replaced_takes_its_lights_and_cameras_with_it() -> None:
+def test_what_is_replaced_takes_its_lights_with_it_but_may_be_looked_from() -> None:
+    """As usdrecord has it, which takes a camera from the stage, not from what is drawn of it."""
     body = 'uniform token model:drawMode = "bounds"\ndef SphereLight "l" {}\ndef Camera "c" {}'
     scene = load(model(body))
-    assert (len(scene.lights), len(scene.cameras)) == (0, 0)
+    assert (len(scene.lights), [camera.path for camera in scene.cameras]) == (0, ["/m/c"])
 
 
 def test_the_stand_in_has_the_purpose_and_visibility_of_its_model() -> None:

@@ -247,8 +247,7 @@ class StageWalk:
             return False
         if not is_invisible(prim, self._time, self._report):
             return False
-        if above.predicate is SHOWN:  # a PointInstancer's prototype is no place to look from
-            self._add_unseen_cameras(prim, above, builder)
+        self._add_unseen_cameras(prim, above, builder)
         return True
 
     def _heed(
@@ -303,6 +302,7 @@ class StageWalk:
             if is_replaced(prim, here.draw_mode, self._report):
                 if self._is_shown(here):
                     self._add_stand_in(prim, path, here, matrix, builder)
+                self._add_unseen_cameras(prim, above, builder)
                 return None
         skin = None
         if prim_type.is_boundable and kind not in _NOT_GEOMETRY and (prim_type.is_light or self._is_shown(here)):
@@ -325,7 +325,9 @@ class StageWalk:
         return here, skin
 
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
-        """Add the cameras of an invisible prim, which one may look through all the same."""
+        """Add the cameras of a prim that is invisible or replaced, which one may look through all the same."""
+        if above.predicate is not SHOWN:
+            return  # a PointInstancer's prototype is no place to look from
         for camera in Usd.PrimRange(prim, SHOWN):
             if get_type_name(camera) == "Camera":
                 matrix = np.linalg.inv(above.world_from_group) @ self._transforms.world_from_local(camera)
