@@ -34,6 +34,12 @@ def empty_span() -> Span:
 
 
 @wp.func
+def has_part(part: int, caps: int) -> bool:
+    """Return whether a frustum has a part: its side always, the caps as bits 0 and 1 of ``caps`` say."""
+    return ((2 * caps + 1) >> part) & 1 == 1
+
+
+@wp.func
 def cone_span(a: float, b: float, c: float, growth: float) -> wp.vec2:
     """Return where a s^2 + 2 b s + c <= 0, the inside of an infinite cone, as an interval; (inf, -inf): nowhere.
 
@@ -129,11 +135,15 @@ def intersect_frustum(
         high = wp.max(-z / dz, (height - z) / dz)
     elif not (z >= 0.0 and z <= height):
         return empty_span()
+    enter = wp.max(side[0], low)
+    leave = wp.min(side[1], high)
+    if not (enter <= leave):  # which distances from afar no longer tell
+        return empty_span()
     near_cap = FIRST_CAP if dz > 0.0 else LAST_CAP
     span = Span()
     base = s_center + s_axis
-    span.enter = (base + wp.max(side[0], low)) / speed
-    span.leave = (base + wp.min(side[1], high)) / speed
+    span.enter = (base + enter) / speed
+    span.leave = (base + leave) / speed
     span.enter_part = near_cap if low > side[0] else SIDE
     span.leave_part = FIRST_CAP + LAST_CAP - near_cap if high < side[1] else SIDE
     return span

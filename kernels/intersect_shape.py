@@ -14,7 +14,7 @@ from .constants import (
     SHAPE_WORDS,
     SPHERE,
 )
-from .intersect_frustum import FIRST_CAP, LAST_CAP, Span, intersect_frustum
+from .intersect_frustum import FIRST_CAP, LAST_CAP, Span, has_part, intersect_frustum
 from .intersect_round_cone import intersect_round_cone, round_cone_parameter
 from .intersect_sphere import intersect_sphere
 from .intersect_tube import intersect_tube
@@ -40,12 +40,6 @@ def packet_shape_count(shapes: wp.array[float], leaf: int) -> int:
 def stored_point(shapes: wp.array[float], word: int) -> wp.vec4:
     """Return the control point at a word, and its radius."""
     return wp.vec4(shapes[word], shapes[word + 1], shapes[word + 2], shapes[word + 3])
-
-
-@wp.func
-def has_part(part: int, caps: int) -> bool:
-    """Return whether a frustum has a part: its side always, the caps as bits 0 and 1 of ``caps`` say."""
-    return ((2 * caps + 1) >> part) & 1 == 1
 
 
 @wp.func

@@ -38,6 +38,8 @@ class MeshData:
     """1 where the surface bounds a volume."""
     outward: wp.float32
     """-1 where shapes are inside out, else 1: the factor of their outward normals."""
+    caps: wp.int32
+    """Which caps frusta have, as bits: 1 for the first, 2 for the last."""
 
 
 @wp.struct

@@ -5,8 +5,9 @@
 import warp as wp
 
 from .constants import CUBIC_TUBE, FRUSTUM, SPHERE
-from .intersect_frustum import FIRST_CAP, LAST_CAP
-from .intersect_round_cone import round_cone_parameter
+from .intersect_frustum import FIRST_CAP, LAST_CAP, empty_span, has_part, intersect_frustum
+from .intersect_round_cone import intersect_round_cone, round_cone_parameter
+from .intersect_sphere import intersect_sphere
 from .intersect_tube import bezier_blossom, tube_parameter
 from .scene_structs import MeshData
 from .vector import perpendicular_frame
@@ -123,6 +124,44 @@ def point_on_shape(controls: wp.array[wp.vec4], first: int, kind: int, part: int
         result.u = found
     result.magnitude = wp.max(result.magnitude, wp.max(control_magnitude(start), control_magnitude(end)))
     return result
+
+
+@wp.func
+def way_to_solid(
+    controls: wp.array[wp.vec4], first: int, kind: int, caps: int, t: float, p: wp.vec3, direction: wp.vec3
+) -> wp.vec2:
+    """Return how far along a ray from a point the ray meets a solid there, and which part of a frustum it meets.
+
+    In units of the direction; inf: not known. The point is next to the surface already: of a solid that a transform
+    flattens, the ray's own distance is too coarse by far, and its surface turns within less.
+
+    Args:
+        controls: Control points of all shapes, with their radii.
+        first: The shape's first one.
+        kind: Of the shape.
+        caps: Which caps a frustum has, as bits.
+        t: Distance of the point along the ray.
+        p: The point, in the shape's space.
+        direction: Of the ray, in the shape's space.
+    """
+    start = controls[first]
+    span = empty_span()
+    if kind == SPHERE:
+        roots = intersect_sphere(p, direction, xyz(start), start[3])
+        span.enter = roots[0]
+        span.leave = roots[1]
+    elif kind == FRUSTUM:
+        end = controls[first + 1]
+        span = intersect_frustum(p, direction, xyz(start), xyz(end), start[3], end[3])
+    elif kind != CUBIC_TUBE:
+        end = controls[first + 1]
+        span = intersect_round_cone(p, direction, xyz(start), xyz(end), start[3], end[3])
+    if not (span.enter <= span.leave):
+        return wp.vec2(wp.inf, 0.0)
+    # A ray that does not enter has begun in the solid, or on it, or came through where a cap is not.
+    if span.enter > -0.5 * t and has_part(span.enter_part, caps):
+        return wp.vec2(span.enter, float(span.enter_part))
+    return wp.vec2(span.leave, float(span.leave_part))
 
 
 @wp.func

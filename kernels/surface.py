@@ -8,7 +8,7 @@ from .bvh_structs import Hit
 from .constants import GREAT_TRIANGLE, LEAST_DIVISOR, SPAWN_OFFSET, SPAWN_OFFSET_MIN, TRIANGLES
 from .primvar import NORMALS_SLOT, primvar_corner
 from .scene_structs import InstanceData, MeshData, SceneData
-from .shape_surface import first_control, point_on_shape
+from .shape_surface import first_control, point_on_shape, way_to_solid
 from .transform import transform_magnitudes, transform_normal, transform_point, transform_vector
 from .triangle import Triangle, load_triangle
 from .vector import max_magnitude
@@ -183,14 +183,19 @@ def place_on_shape(
     direction = transform_vector(placed.local_from_world, ray_direction)
     along_ray = origin + t * direction
     first = first_control(mesh, s.triangle)
+    # Along the ray to the surface, where t is of a ray that was searched from beside this one, or rounded. A step of
+    # Newton's is left out where it is no small part of the way: surfaces touch there, or the ray grazes.
+    way = way_to_solid(scene.controls, first, mesh.kind, mesh.caps, t, along_ray, direction)
+    if wp.isfinite(way[0]):
+        along_ray += way[0] * direction
+        s.v = way[1]
     point = point_on_shape(scene.controls, first, mesh.kind, int(s.v), s.u, along_ray)
-    # A step along the ray to the surface, where t is of a ray that was searched from beside this one, or rounded. It is
-    # left out where it is no small part of the way: surfaces touch there, or the ray grazes.
-    facing = wp.dot(point.normal, direction)
-    off = wp.dot(point.normal, point.position - along_ray)
-    if wp.abs(off) < 0.5 * t * wp.abs(facing):
-        along_ray += direction * (off / facing)
-        point = point_on_shape(scene.controls, first, mesh.kind, int(s.v), point.u, along_ray)
+    if not wp.isfinite(way[0]):
+        facing = wp.dot(point.normal, direction)
+        off = wp.dot(point.normal, point.position - along_ray)
+        if wp.abs(off) < 0.5 * t * wp.abs(facing):
+            along_ray += direction * (off / facing)
+            point = point_on_shape(scene.controls, first, mesh.kind, int(s.v), point.u, along_ray)
     s.u = point.u
     s.position = transform_point(placed.world_from_local, point.position)
     n_world = transform_normal(placed.local_from_world, point.normal)

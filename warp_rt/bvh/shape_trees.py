@@ -115,7 +115,7 @@ def _lanes(shapes: Shapes, origin: np.ndarray) -> _Lanes:
     else:
         words[:, : 4 * balls.shape[1]] = balls.reshape(count, -1)
         if shapes.kind == ShapeKind.FRUSTUM:
-            words[:, 8] = np.array(shapes.caps[0] + 2 * shapes.caps[1], np.int32).view(np.float32)
+            words[:, 8] = np.array(shapes.cap_bits, np.int32).view(np.float32)
         low, high = shape_boxes(Shapes(shapes.kind, points, shapes.radii))
     growth = _ROUNDING * np.maximum(np.abs(low), np.abs(high)).max(axis=1, keepdims=True)
     return _Lanes(

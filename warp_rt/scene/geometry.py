@@ -110,6 +110,11 @@ class Shapes:
         if not (np.isfinite(self.points).all() and np.isfinite(self.radii).all() and (self.radii >= 0).all()):
             raise SceneError("shapes: finite points and finite radii of at least 0 expected")
 
+    @property
+    def cap_bits(self) -> int:
+        """``caps`` as bits: 1 for the first, 2 for the last."""
+        return self.caps[0] + 2 * self.caps[1]
+
 
 class RayMask(IntFlag):
     """Kinds of rays."""

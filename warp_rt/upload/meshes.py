@@ -102,6 +102,7 @@ class _MeshTables:
         if isinstance(mesh, Shapes):
             record["kind"] = mesh.kind
             record["outward"] = -1.0 if mesh.is_inside_out else 1.0
+            record["caps"] = mesh.cap_bits
             balls = np.concatenate([relative_points(mesh.points, origin), mesh.radii[:, :, None]], axis=2)
             record["point_offset"] = self.controls.append(balls.reshape(-1, 4))
         else:
