@@ -19,7 +19,7 @@ from warp_rt.device.workers import Workers
 from warp_rt.kernels.bounds import intersect_box, inverse_direction
 from warp_rt.kernels.bvh_structs import BinaryTrees
 from warp_rt.kernels.intersect_sphere import is_sphere_met
-from warp_rt.kernels.intersect_triangle import intersect_plane_projection
+from warp_rt.kernels.ray_triangle import intersect_plane_projection
 
 from .meshes import TriangleMesh
 from .ray_sets import Rays

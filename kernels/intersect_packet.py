@@ -20,16 +20,16 @@ from .constants import (
     SLAB_SCALE,
     WIDTH,
 )
-from .intersect_triangle import (
+from .native import spell_out
+from .ray_triangle import (
     TriangleHit,
     intersect_moller_trumbore,
     intersect_plane_projection,
-    intersect_watertight,
+    intersect_triangle,
     shear_axes,
     shear_factors,
     triangle_miss,
 )
-from .native import spell_out
 
 
 @wp.struct
@@ -230,7 +230,7 @@ def intersect_triangles(
 ) -> int:
     """Return the lane of a leaf packet's triangle that a ray meets first in [0, t_max), or -1.
 
-    Writes (t, u, v) to ``tuv[0:3]`` on a hit. Watertight, as ``intersect_watertight`` is, but for ``ray.skip``.
+    Writes (t, u, v) to ``tuv[0:3]`` on a hit. Watertight, as ``intersect_triangle`` is, but for ``ray.skip``.
     """
     ...
 
@@ -268,7 +268,7 @@ def intersect_packet_triangle(
         return intersect_moller_trumbore(ray.origin, ray.direction, p0, p1, p2)
     if intersector == PLANE_PROJECTION:
         return intersect_plane_projection(ray.origin, ray.direction, p0, p1, p2)
-    return intersect_watertight(ray.origin, ray.direction, p0, p1, p2)
+    return intersect_triangle(ray.origin, ray.direction, p0, p1, p2)
 
 
 @wp.func

@@ -125,7 +125,7 @@ def look_for_point(
     normal = wp.cross(triangle.side_x, triangle.side_y)
     d2 = wp.max(wp.length_sq(p), LEAST_DIVISOR)
     outwards = wp.dot(normal, p)
-    weight = wp.abs(outwards) * wp.max(wp.dot(n, p), 0.0) / (d2 * d2)
+    weight = (wp.abs(outwards) / d2) * (wp.max(wp.dot(n, p), 0.0) / d2)  # d2 squared may be too small a number
     if weight > 0.0:
         body = triangle.body if outwards < 0.0 else int(-1)
         if not is_hidden(scene, mesh, position, p, body):

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import warp as wp
 
 import warp_rt.kernels
 
@@ -19,7 +20,9 @@ def test_files_and_functions_can_be_imported() -> None:
     from warp_rt.kernels.vector import reflect as same
 
     assert reflect is same is vector.reflect
-    assert intersect_triangle.__name__ == "warp_rt.kernels.intersect_triangle"
+    rows = [(0.25, 0.25, 1), (0, 0, -1), (0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    hit = intersect_triangle(*(wp.vec3(*map(float, row)) for row in rows))
+    assert (hit.t, hit.u, hit.v) == (1, 0.25, 0.25)
 
 
 def test_what_files_import_themselves_is_not_here() -> None:

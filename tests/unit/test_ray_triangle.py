@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warp_rt.kernels.intersect_triangle import (
+from warp_rt.kernels.ray_triangle import (
     intersect_moller_trumbore,
     intersect_plane,
     intersect_plane_projection,
-    intersect_watertight,
+    intersect_triangle,
     plane_equation,
     primary_axis,
     project_barycentrics,
@@ -43,7 +43,7 @@ def evaluate(
     elif test == 1:
         hit = intersect_moller_trumbore(o[i], d[i], p0[i], p1[i], p2[i])
     else:
-        hit = intersect_watertight(o[i], d[i], p0[i], p1[i], p2[i])
+        hit = intersect_triangle(o[i], d[i], p0[i], p1[i], p2[i])
     tuv_out[i] = wp.vec3(hit.t, hit.u, hit.v)
 
 

@@ -182,7 +182,7 @@ def shear_factors(direction: wp.vec3, axes: wp.vec3i) -> wp.vec3:
 
 
 @wp.func
-def intersect_watertight(origin: wp.vec3, direction: wp.vec3, p0: wp.vec3, p1: wp.vec3, p2: wp.vec3) -> TriangleHit:
+def intersect_triangle(origin: wp.vec3, direction: wp.vec3, p0: wp.vec3, p1: wp.vec3, p2: wp.vec3) -> TriangleHit:
     """Return the hit of a watertight test: no ray passes between two triangles that share an edge or a vertex.
 
     Both neighbours compute the edge function of their common edge from the same rounded products, with opposite
