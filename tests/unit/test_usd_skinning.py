@@ -351,6 +351,8 @@ def test_normals_of_a_joint_that_the_skeleton_lacks_turn_as_its_points_do() -> N
         (SHAPES.replace('skel:blendShapes = ["lift"]', 'skel:blendShapes = ["lift", "grow"]'), ("", ""), "/root/m"),
         (SHAPES, ('["lift", "grow"]', '["lift", "grow", "sink"]'), "/root/m"),
         (JOINTS, ("half3[] scales = [(1, 1, 1)]", ""), "/root/skeleton"),
+        (JOINTS, ('"skeleton" (prepend apiSchemas = ["SkelBindingAPI"])', '"skeleton"'), "/root/skeleton"),
+        (JOINTS, ("animationSource = </root/bent>", "animationSource = </root/gone>"), "/root/skeleton"),
         (JOINTS + 'uniform token[] skel:joints = ["elbow", "shoulder/elbow"]', ("", ""), "/root/m"),
         (
             JOINTS.replace(

@@ -121,3 +121,31 @@ def test_prims_of_instances_and_prototypes_are_looked_at() -> None:
     body = f'def "Asset" {{ {mesh("int foo = 1")} }}\n'
     body += 'def "i" (instanceable = true\nreferences = </Asset>) {}\n'
     assert [record[0] for record in told(body)] == ["N942"]
+
+
+def test_misspelt_metadata_is_told_and_that_of_others_is_kept_for_the_end() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString("""#usda 1.0
+        (
+            metersPerUnits = 1
+            customLayerData = { int a = 1 }
+        )
+        def Xform "a" (
+            instancable = true
+            kind = "component"
+            mayaSelectability = "on"
+        )
+        {
+        }
+        def Xform "b" (
+            instancable = true
+        )
+        {
+        }
+    """)
+    found = load_stage(stage).diagnostics
+    assert [(record.code, record.prim, record.message) for record in found if record.code in ("N942", "N943")] == [
+        ("N942", "/", "a stage has no metadata metersPerUnits (did you mean metersPerUnit?); ignored"),
+        ("N942", "/a", "a prim has no metadata instancable (did you mean instanceable?); ignored"),
+        ("N943", "/a", "not read, here or elsewhere: mayaSelectability"),
+    ]

@@ -160,6 +160,7 @@ class SkinReader:
         report_wrong_types(bones.GetPrim(), "Skeleton", self._time, REST_POSE, self._report)
         animation = skeleton.GetAnimQuery()
         if not animation:
+            self._report_unplayed(bones.GetPrim())
             return
         report_wrong_types(animation.GetPrim(), "SkelAnimation", self._time, REST_POSE, self._report)
         if animation.GetJointOrder() and not animation.ComputeJointLocalTransforms(self._time):
@@ -168,6 +169,24 @@ class SkinReader:
                 "joints are as restTransforms say"
             )
             self._report.warn(REST_POSE, bones.GetPath(), message)
+
+    def _report_unplayed(self, bones: Usd.Prim) -> None:
+        """Report why a skeleton is not animated, where it or a prim above it names an animation."""
+        prim = bones
+        while prim and not prim.IsPseudoRoot():
+            source = prim.GetRelationship("skel:animationSource")
+            targets = source.GetForwardedTargets() if source else []
+            if targets:
+                is_applied = prim.HasAPI(UsdSkel.BindingAPI)
+                why = (
+                    "is no SkelAnimation that is there"
+                    if is_applied
+                    else "counts where SkelBindingAPI is applied alone"
+                )
+                message = f"skel:animationSource of {prim.GetPath()}, {targets[0]}, {why}: no animation plays"
+                self._report.warn(REST_POSE, bones.GetPath(), message)
+                return
+            prim = prim.GetParent()
 
     def read(self, prim: Usd.Prim) -> Skin | None:
         """Return how a prim is deformed; None: not at all."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Properties and applied schemas that USD does not know: misspelt, of other programs, or users' own."""
+"""Properties, applied schemas and metadata that USD does not know: misspelt, of other programs, or users' own."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Set
 
-from pxr import Tf, Usd
+from pxr import Sdf, Tf, Usd
 
 from warp_rt.near_matches import near_matches
 from warp_rt.report import Report
@@ -35,6 +35,8 @@ _OF_TYPE = {
     "RenderVar": re.compile(f"{LAYER_NAME}$"),
 }
 _INSTANCE = "__INSTANCE_NAME__"
+_METADATA = "metadata"  # in place of a type, among what has been told
+_COMPOSITION = ("references", "inherits", "specializes", "variants", "variantSets", "relocates", "subLayers")
 _LEAST_LIKENESS = 0.85  # of a namespace and one of USD's that it misspells: one slip in seven letters
 _MOST_OF_NAMESPACE = 3  # names that a prim may have of one without all being taken for another program's
 
@@ -98,6 +100,25 @@ class UnknownNameReporter:
             owner = f"a {prim_type.name}" if prim_type.name else "a prim without a type"
             self._report.warn(NO_SUCH_PROPERTY, prim.GetPath(), f"{owner} has no {', '.join(words)}; ignored")
 
+    def add_metadata(self, prim: Usd.Prim) -> None:
+        """Note metadata like those that prims, or the stage, may have, and keep others' for the end."""
+        unknown = [name for name, value in prim.GetAllAuthoredMetadata().items() if _is_unknown(value)]
+        if not unknown:
+            return
+        (spec,) = prim.GetPrimStack()[:1] or (prim.GetStage().GetRootLayer().pseudoRoot,)
+        known = (*spec.GetMetaDataInfoKeys(), *_COMPOSITION)
+        words = []
+        for name in sorted(unknown):
+            near = near_matches(name, known)
+            if not near:
+                self._keep(prim, name)
+            elif (name, _METADATA) not in self._told:
+                self._told.add((name, _METADATA))
+                words.append(f"{name} ({near.removeprefix('; ')})")
+        if words:
+            owner = "a stage" if prim.IsPseudoRoot() else "a prim"
+            self._report.warn(NO_SUCH_PROPERTY, prim.GetPath(), f"{owner} has no metadata {', '.join(words)}; ignored")
+
     def finish(self) -> None:
         """Note what has been kept, all at once: stages hold much of it."""
         if self._others:
@@ -108,6 +129,10 @@ class UnknownNameReporter:
         if not self._others:
             self._first = str(prim.GetPath())
         self._others[name] = None
+
+
+def _is_unknown(value: object) -> bool:
+    return isinstance(value, Sdf.UnregisteredValue)
 
 
 def _meant(name: str, known: Set[str]) -> str:

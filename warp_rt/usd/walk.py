@@ -60,7 +60,7 @@ UNKNOWN_TYPE = "N911"
 MAX_PRIMS = 10_000_000
 MAX_DEPTH = 256  # of namespace
 MAX_NESTING = 64  # of instances within instances
-ASKED_FOR_SELECTIONS = 10_000  # prims; of more, asking each takes two hundredths of the time that loading it does
+ASKED_FOR_METADATA = 10_000  # prims; of more, asking each takes a fifteenth of the time that loading it does
 
 _NOT_GEOMETRY = ("SkelRoot", "Skeleton")
 _IDENTITY = np.eye(4)
@@ -123,7 +123,9 @@ class StageWalk:
     def walk(self) -> GroupBuilder:
         """Return all that the stage draws, in world space."""
         context = Context(np.eye(4), path_length=0, tail_start=0, predicate=SHOWN)
-        group = self._walk_group(self._stage.GetPseudoRoot().GetFilteredChildren(SHOWN), context)
+        root = self._stage.GetPseudoRoot()
+        self._unknown.add_metadata(root)
+        group = self._walk_group(root.GetFilteredChildren(SHOWN), context)
         self._unknown.finish()
         return group
 
@@ -180,11 +182,12 @@ class StageWalk:
         if may_be_unusual and not is_loaded(prim):
             self._report.warn(UNLOADED, get_path(prim), "its payload is not loaded: left out with all below it")
             return None
-        if may_be_unusual or self._visited <= ASKED_FOR_SELECTIONS:
+        if may_be_unusual or self._visited <= ASKED_FOR_METADATA:
             report_unused_selections(prim, self._report)
+            self._unknown.add_metadata(prim)
         elif self._asks_all:
             self._asks_all = False
-            report_not_looked_for(prim, ASKED_FOR_SELECTIONS, self._report)
+            report_not_looked_for(prim, ASKED_FOR_METADATA, self._report)
         has_own_clips = has_authored_metadata(prim, "clips")
         traits = self._traits.read(prim, above.has_clips or has_own_clips)
         if traits.unknown_properties or traits.unknown_schemas:
