@@ -108,6 +108,7 @@ def test_many_names_of_one_namespace_are_taken_for_another_programs() -> None:
         'def Material "m" { float inputs:gain = 1\ntoken outputs:surface\ndef Shader "s" { int info:own = 1 } }',
         'def SphereLight "l" { float inputs:shaping:focus = 1\nfloat intensity = 3\ntoken warp_rt:falloff = "none" }',
         'def RenderSettings "r" { int warp_rt:depth = 3 }',
+        'def Material "m" (prepend apiSchemas = ["MaterialXConfigAPI"]) { string config:mtlx:version = "1.39" }',
         'def BlendShape "b" { vector3f[] inbetweens:half = [] }',
         'def Unheard "u" { int of = 1 }',  # the type is told, N911
         'def Scope "s" { token purpose = "guide"\nuniform token[] xformOpOrder = [] }',  # N924's

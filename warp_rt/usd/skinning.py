@@ -178,11 +178,7 @@ class SkinReader:
             targets = source.GetForwardedTargets() if source else []
             if targets:
                 is_applied = prim.HasAPI(UsdSkel.BindingAPI)
-                why = (
-                    "is no SkelAnimation that is there"
-                    if is_applied
-                    else "counts where SkelBindingAPI is applied alone"
-                )
+                why = "is no SkelAnimation" if is_applied else "does not count without an applied SkelBindingAPI"
                 message = f"skel:animationSource of {prim.GetPath()}, {targets[0]}, {why}: no animation plays"
                 self._report.warn(REST_POSE, bones.GetPath(), message)
                 return

@@ -144,9 +144,9 @@ def _meant(name: str, known: Set[str]) -> str:
 
 @functools.cache
 def _schemas() -> frozenset[str]:
-    """Return the names of the schemas that may be applied."""
+    """Return the names of the schemas that may be applied; that of usdMtlx is USD's, but not usd-core's."""
     types = Tf.Type.Find(Usd.APISchemaBase).GetAllDerivedTypes()
-    return frozenset(Usd.SchemaRegistry.GetSchemaTypeName(known) for known in types)
+    return frozenset(Usd.SchemaRegistry.GetSchemaTypeName(known) for known in types) | {"MaterialXConfigAPI"}
 
 
 @functools.cache
