@@ -10,14 +10,13 @@ the clock starts. ``load`` counts from the file to the Scene, ``open`` is what O
 stage, once more when all is done: what a closed stage leaves free would hide what the scene takes. ``load_mb`` is what
 the process has grown by when the scene is loaded and what is free is given back to the system, ``growth_mb`` the most
 that it has grown by from the first to the last step, ``peak_mb`` the most that it ever held, libraries and all
-(``ru_maxrss``).
+(``VmHWM``, for ``ru_maxrss`` begins with that of the process that starts it).
 """
 
 from __future__ import annotations
 
 import gc
 import json
-import resource
 import subprocess
 import sys
 import tempfile
@@ -100,7 +99,7 @@ def measure_alone(path: Path) -> dict[str, float]:
     start = time.perf_counter()
     renderer.render()
     seconds["render"] = time.perf_counter() - start
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    peak = resident_bytes("VmHWM")
     del scene, renderer
     gc.collect()
     start = time.perf_counter()
