@@ -455,17 +455,51 @@ def test_sources_are_those_that_usdshade_finds():
         assert ([found] if found else []) == expected
 
 
+WRONG_SIZES = """
+def Mesh "Mesh" (apiSchemas = ["MaterialBindingAPI"]) {
+    rel material:binding = </M>
+}
+def Material "M" {
+    color3f inputs:rough = (0.25, 0.5, 0.75)
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness.connect = </M.inputs:rough>
+        float inputs:opacity.connect = </M/R.outputs:result>
+        token outputs:surface
+    }
+    def Shader "R" {
+        uniform token info:id = "UsdPrimvarReader_float"
+        string inputs:varname = "cover"
+        float3 inputs:fallback = (1, 2, 3)
+        float outputs:result
+    }
+}
+"""
+
+
 def test_values_of_a_wrong_type_are_named():
     shader = """uniform token info:id = "UsdPreviewSurface"
         string inputs:roughness = "rough"
         color3f inputs:diffuseColor = (nan, 0, 0)
         float inputs:emissiveColor = 2
-        color3f inputs:metallic = (0.5, 0, 0)"""
+        color3f inputs:metallic = (0.5, 0, 0)
+        int inputs:clearcoat = 1"""
     material, _, codes = _read(_material(shader))
-    assert codes == ["W306", "W306"]
-    assert _value(material, "emissiveColor") == (2, 2, 2, 0)  # a scalar fills a colour
-    assert _value(material, "metallic")[0] == 0.5
-    assert set(material.inputs) == {"emissiveColor", "metallic"}
+    assert codes == ["W306"] * 4
+    assert {name: value.value[0] for name, value in material.inputs.items()} == {"clearcoat": 1}
+
+
+def test_values_of_a_wrong_type_are_told_in_one_line_each_with_what_they_are():
+    stage, report = _stage(WRONG_SIZES), Report()
+    material = MaterialReader(stage, TIME, report)
+    inputs = material.materials[material.bind(stage.GetPrimAtPath("/Mesh"))].inputs
+    assert [(d.code, d.prim, d.message) for d in report] == [
+        ("W306", "/M.inputs:rough", "is Gf.Vec3f(0.25, 0.5, 0.75), not a finite number; the default is used"),
+        ("W306", "/M/R.inputs:fallback", "is Gf.Vec3f(1.0, 2.0, 3.0), not a finite number; the default is used"),
+    ]
+    assert (inputs["opacity"].primvar, inputs["opacity"].value[0]) == ("cover", 0)
+    assert "roughness" not in inputs
 
 
 def test_constants_cannot_be_connected_to_nodes():

@@ -779,6 +779,109 @@ def test_a_surfaces_own_normal_is_no_map():
     assert ("normal" in material.inputs, [d.code for d in found]) == (False, ["W302"])
 
 
+@pytest.mark.parametrize("other", ["float inputs:coat = 1", "float inputs:transmission = 1"])
+def test_the_specular_weight_leaves_coats_and_refraction_alone(other):
+    """Both have the index of refraction, so that the reflectance is scaled in the specular workflow."""
+    body = f"float inputs:specular = 0.5\nfloat inputs:specular_IOR = 2\n{other}"
+    material, _, _ = surface("ND_standard_surface_surfaceshader", body)
+    assert (material.use_specular_workflow, material.inputs["ior"].value[0]) == (True, 2)
+    np.testing.assert_allclose(material.inputs["specularColor"].value[:3], 0.5 / 9)
+    np.testing.assert_allclose(material.inputs["diffuseColor"].value[:3], 0.8, rtol=1e-6)
+
+
+def test_the_specular_weight_is_none_of_a_metals():
+    body = "float inputs:specular = 0\nfloat inputs:coat = 1\nfloat inputs:metalness = 1"
+    material, _, _ = surface("ND_standard_surface_surfaceshader", body)
+    assert (material.use_specular_workflow, material.inputs["ior"].value[0]) == (False, 1.5)
+
+
+def test_coverage_of_three_channels_is_their_mean(image):
+    """So MaterialX itself translates a Standard Surface to a UsdPreviewSurface."""
+    model = "ND_standard_surface_surfaceshader"
+    material, _, _ = surface(model, "color3f inputs:opacity = (0.2, 0.3, 1)")
+    assert material.inputs["opacity"].value[0] == pytest.approx(0.5)
+    material, reader, _ = surface(model, wire("opacity", "T"), picture(image, "color3"))
+    found = material.inputs["opacity"]
+    value = texture_values(reader.textures[found.texture], reader.images, np.array([SPOT]))[0]
+    assert value[found.channel] == pytest.approx(RGB.mean(), abs=1e-6)
+
+
+# Inputs of models that UsdPreviewSurface has nothing for, as MaterialX 1.39's libraries define them, by what each needs
+# to do anything. Those are left out that are parts of others here, as specular_rotation is of specular_anisotropy.
+UNDRAWN = {
+    "ND_standard_surface_surfaceshader": {
+        "": (
+            *(
+                "float diffuse_roughness = 0.5",
+                "color3f specular_color = (1, 0.5, 0)",
+                "float specular_anisotropy = 0.5",
+            ),
+            *("float subsurface = 0.5", "float sheen = 0.5", "float thin_film_thickness = 100"),
+        ),
+        "float transmission = 0.5": (
+            *("color3f transmission_color = (1, 0.5, 0)", "color3f transmission_scatter = (0.5, 0.5, 0.5)"),
+            *("float transmission_dispersion = 20", "float transmission_extra_roughness = 0.5", "bool thin_walled = 1"),
+        ),
+        "float coat = 0.5": (
+            *("color3f coat_color = (1, 0.5, 0)", "float coat_anisotropy = 0.5", "float coat_IOR = 1.75"),
+            *("float coat_affect_color = 0.5", "float coat_affect_roughness = 0.5"),
+        ),
+    },
+    "ND_open_pbr_surface_surfaceshader": {
+        "": (
+            *("float base_diffuse_roughness = 0.5", "color3f specular_color = (1, 0.5, 0)", "float fuzz_weight = 0.5"),
+            *(
+                "float specular_roughness_anisotropy = 0.5",
+                "float subsurface_weight = 0.5",
+                "float thin_film_weight = 1",
+            ),
+        ),
+        "float transmission_weight = 0.5": (
+            *("color3f transmission_color = (1, 0.5, 0)", "float transmission_depth = 1"),
+            *("float transmission_dispersion_scale = 0.5", "bool geometry_thin_walled = 1"),
+        ),
+        "float coat_darkening = 0\nfloat coat_ior = 1.5\nfloat coat_weight = 0.5": (
+            *("color3f coat_color = (1, 0.5, 0)", "float coat_roughness_anisotropy = 0.5"),
+        ),
+        "float coat_darkening = 0\nfloat coat_weight = 0.5": ("float coat_ior = 1.75",),
+        "float coat_ior = 1.5\nfloat coat_weight = 0.5": ("float coat_darkening = 1",),
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("model", "needs", "line"),
+    [(model, needs, line) for model, parts in UNDRAWN.items() for needs, lines in parts.items() for line in lines],
+)
+def test_what_is_not_drawn_is_named_where_it_does_anything(model, needs, line):
+    name = line.split()[1]
+    lines = [line, *needs.splitlines()]
+    with_all, alone = (
+        surface(model, "\n".join(part.replace(" ", " inputs:", 1) for part in body))[2][-1].message
+        for body in (lines, [line])
+    )
+    assert with_all.endswith(f", without {name}")
+    assert alone.endswith("UsdPreviewSurface" if needs else f", without {name}")
+
+
+def test_defaults_of_a_coat_that_are_not_drawn_are_named():
+    _, _, found = surface("ND_open_pbr_surface_surfaceshader", "float inputs:coat_weight = 1")
+    assert found[-1].message.endswith(", without coat_darkening, coat_ior")
+
+
+@pytest.mark.parametrize(
+    ("normal", "coat_normal", "is_lost"),
+    [("B", "", True), ("", "B", True), ("B", "B", False), ("B", "N", True), ("N", "", False), ("", "N", False)],
+)
+def test_a_normal_of_the_coats_own_is_named(image, normal, coat_normal, is_lost):
+    """UsdPreviewSurface bends both lobes alike. N is the surface's own."""
+    wires = {"normal": normal, "coat_normal": coat_normal}
+    body = "\n".join(wire(name, to) for name, to in wires.items() if to) + "\nfloat inputs:coat = 1"
+    nodes = picture(image, "vector3") + node("B", "ND_normalmap", wire("in", "T")) + node("N", "ND_normal_vector3")
+    _, _, found = surface("ND_standard_surface_surfaceshader", body, nodes)
+    assert found[-1].message.endswith("without coat_normal") == is_lost
+
+
 def test_what_is_lost_is_named_where_it_is_used():
     body = "float inputs:sheen = 0.5\nfloat inputs:subsurface = 0\ncolor3f inputs:coat_color = (1, 1, 1)"
     _, _, found = surface("ND_standard_surface_surfaceshader", body)

@@ -40,6 +40,11 @@ def _is_sequence(value: Any) -> bool:
     return hasattr(value, "__len__") and not isinstance(value, str)
 
 
+def how_many(counts: Sequence[int]) -> str:
+    """Return what a diagnostic calls so many finite numbers, or as many as one of the counts."""
+    return "a finite number" if list(counts) == [1] else f"{' or '.join(map(str, counts))} finite numbers"
+
+
 def shown(value: Any) -> str:
     """Return a value of any type as a diagnostic names it: one short line."""
     return " ".join(reprlib.repr(value).split())
@@ -94,8 +99,8 @@ class AttributeReader:
         fallback = numbers(self._fallback(name)) or default
         if value is None:
             return fallback
-        what = f"{len(default)} finite numbers" if len(default) > 1 else "a finite number"
-        self._replace(name, value, f"not {what}", ", ".join(f"{number:g}" for number in fallback))
+        instead = ", ".join(f"{number:g}" for number in fallback)
+        self._replace(name, value, f"not {how_many([len(default)])}", instead)
         return fallback
 
     def color(self, name: str, default: tuple[float, float, float]) -> tuple[float, ...]:

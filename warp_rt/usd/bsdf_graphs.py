@@ -128,7 +128,7 @@ class BsdfReader:
         elif presence.value != (1.0,):
             found["opacity"], mode = presence, OpacityMode.PRESENCE
         normal = next((lobe.normal for lobe in lobes if lobe.normal), None)
-        bent = self._inputs.signal(normal, material, (1, 3, 4))
+        bent = self._inputs.signal(normal, material, (3,))
         if bent is not None:
             found["normal"] = bent
         has_world_normal = bent is not None and is_of_world(normal, self._report)

@@ -28,6 +28,20 @@ class Term:
 
 
 @dataclass(frozen=True)
+class Loss:
+    """An input that UsdPreviewSurface has nothing for."""
+
+    neutral: float = 0.0
+    """The value at which it does nothing."""
+    default: float | None = None
+    """The value where nothing is said; None: the neutral one."""
+    of: str = ""
+    """Name of an input that is the weight of what it is a part of: where that is 0 it does nothing; empty: none."""
+    same_as: str = ""
+    """Name of another input for the both of which UsdPreviewSurface has one: it does nothing where it says the same."""
+
+
+@dataclass(frozen=True)
 class ForeignSurface:
     """Another renderer's surface in the terms of UsdPreviewSurface."""
 
@@ -41,8 +55,17 @@ class ForeignSurface:
     """Input that says what coverage does: 0 nothing, 1 it is held against ``alpha_cutoff``, 2 it counts; empty: 2."""
     reflectance: str = ""
     """Input that scales the reflectance at normal incidence."""
-    lacks: Mapping[str, float] = field(default_factory=dict)
-    """Inputs that UsdPreviewSurface has nothing for, and the value at which each does nothing."""
+    lacks: Mapping[str, Loss] = field(default_factory=dict)
+    """Inputs that UsdPreviewSurface has nothing for."""
+
+    def default_of(self, name: str, otherwise: float) -> Color | float:
+        """Return the default of an input that a term has; ``otherwise`` of any other."""
+        return next((term.default for term in self.terms.values() if term.name == name), otherwise)
+
+
+def _lost(*names: str, of: str = "") -> dict[str, Loss]:
+    """Return inputs that are nothing at 0."""
+    return dict.fromkeys(names, Loss(of=of))
 
 
 def _standard_surface(base: float, color: float) -> ForeignSurface:
@@ -62,10 +85,17 @@ def _standard_surface(base: float, color: float) -> ForeignSurface:
         coverage="opacity",
         reflectance="specular",
         lacks={
-            **dict.fromkeys(("diffuse_roughness", "specular_anisotropy", "subsurface", "sheen"), 0.0),
-            **dict.fromkeys(("specular_color", "transmission_color", "coat_color"), 1.0),
-            **dict.fromkeys(("transmission_scatter", "transmission_dispersion", "thin_film_thickness"), 0.0),
-            **dict.fromkeys(("coat_anisotropy", "coat_affect_color", "coat_affect_roughness"), 0.0),
+            **_lost("diffuse_roughness", "specular_anisotropy", "subsurface", "sheen", "thin_film_thickness"),
+            **_lost(
+                "transmission_scatter", "transmission_dispersion", "transmission_extra_roughness", of="transmission"
+            ),
+            **_lost("thin_walled", of="transmission"),
+            **_lost("coat_anisotropy", "coat_affect_color", "coat_affect_roughness", of="coat"),
+            "specular_color": Loss(1.0),
+            "transmission_color": Loss(1.0, of="transmission"),
+            "coat_color": Loss(1.0, of="coat"),
+            "coat_IOR": Loss(default=1.5, of="coat", same_as="specular_IOR"),
+            "coat_normal": Loss(of="coat", same_as="normal"),
         },
     )
 
@@ -93,7 +123,7 @@ def _disney(base: float, roughness: float) -> ForeignSurface:
             "ior": Term("ior", 1.5),
             "opacity": Term("specTrans", 0.0, is_complement=True),
         },
-        lacks=dict.fromkeys(("anisotropic", "sheen", "specularTint", "subsurface", "flatness"), 0.0),
+        lacks=_lost("anisotropic", "sheen", "specularTint", "subsurface", "flatness"),
     )
 
 
@@ -119,10 +149,17 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
         coverage="geometry_opacity",
         reflectance="specular_weight",
         lacks={
-            **dict.fromkeys(("base_diffuse_roughness", "specular_roughness_anisotropy", "subsurface_weight"), 0.0),
-            **dict.fromkeys(("fuzz_weight", "thin_film_weight", "coat_roughness_anisotropy"), 0.0),
-            **dict.fromkeys(("transmission_depth", "transmission_dispersion_scale"), 0.0),
-            **dict.fromkeys(("specular_color", "transmission_color", "coat_color"), 1.0),
+            **_lost("base_diffuse_roughness", "specular_roughness_anisotropy", "subsurface_weight", "fuzz_weight"),
+            **_lost("thin_film_weight"),
+            **_lost("transmission_depth", "transmission_dispersion_scale", of="transmission_weight"),
+            **_lost("geometry_thin_walled", of="transmission_weight"),
+            **_lost("coat_roughness_anisotropy", of="coat_weight"),
+            "specular_color": Loss(1.0),
+            "transmission_color": Loss(1.0, of="transmission_weight"),
+            "coat_color": Loss(1.0, of="coat_weight"),
+            "coat_darkening": Loss(default=1.0, of="coat_weight"),
+            "coat_ior": Loss(default=1.6, of="coat_weight", same_as="specular_ior"),
+            "geometry_coat_normal": Loss(of="coat_weight", same_as="geometry_normal"),
         },
     ),
     "ND_gltf_pbr_surfaceshader": ForeignSurface(
@@ -142,8 +179,9 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
         coverage_mode="alpha_mode",
         reflectance="specular",
         lacks={
-            **dict.fromkeys(("sheen_color", "iridescence", "thickness", "dispersion", "anisotropy_strength"), 0.0),
-            "specular_color": 1.0,
+            **_lost("sheen_color", "iridescence", "thickness", "dispersion", "anisotropy_strength"),
+            "specular_color": Loss(1.0),
+            "clearcoat_normal": Loss(of="clearcoat", same_as="normal"),
         },
     ),
     "ND_surface_unlit": ForeignSurface(
@@ -154,7 +192,7 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
             "ior": Term("", 1.0),
         },
         coverage="opacity",
-        lacks={"transmission": 0.0},
+        lacks=_lost("transmission"),
     ),
     "arnold:lambert": _diffuse("Kd_color", 1.0, "Kd", 0.8),
     "mitsuba_diffuse": _diffuse("reflectance", 0.5),

@@ -5,24 +5,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import MATERIAL_DEFAULTS, MaterialModel, OpacityMode
-from warp_rt.usd.attribute_values import numbers, shown
-from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Term
+from warp_rt.scene import OpacityMode
+from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Loss, Term
 from warp_rt.usd.normal_networks import is_of_world
-from warp_rt.usd.preview_signals import ONE, PreviewSignals
-from warp_rt.usd.shading_network import WRONG_TYPE, Node, find_source, read_numbers
+from warp_rt.usd.preview_signals import ONE, PreviewSignals, in_specular_workflow
+from warp_rt.usd.shading_network import Node, find_source, read_numbers, warn_type
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import DoesNotFold, Signal, add, multiply
 from warp_rt.usd.surface_inputs import InputReader
 
 APPROXIMATED_SURFACE = "W302"
 
-_DEFAULT_IOR = Signal.constant(MATERIAL_DEFAULTS[MaterialModel.PREVIEW]["ior"])
+_MEAN = np.full((1, 3), 1 / 3)  # of a colour, as MaterialX's own translation to UsdPreviewSurface takes opacity
+_OWN_NORMAL = "ND_normal_"
 _GLTF_MASK = 1.0  # of alpha_mode
 
 
@@ -42,7 +44,7 @@ class ForeignReader:
             surface: What its inputs mean.
             material: The material's prim.
         """
-        lost = [name for name, neutral in surface.lacks.items() if self._is_used(shader, name, neutral)]
+        lost = [name for name, loss in surface.lacks.items() if self._is_used(shader, surface, name, loss)]
         inputs: dict[str, Signal] = {}
         paths: dict[str, Sdf.Path] = {}
         for name, term in surface.terms.items():
@@ -63,23 +65,22 @@ class ForeignReader:
                 threshold = self._threshold(shader, surface)
             elif coverage is not None:
                 lost.append(surface.coverage)
-        if surface.reflectance:
-            is_bent = mode == OpacityMode.TRANSPARENT and inputs.get("opacity", ONE).value != ONE.value
-            if not is_bent:
-                self._scale_reflectance(shader, surface.reflectance, inputs)
         has_world_normal = False
         if surface.normal and self._is_bent(shader, surface.normal):
-            normal = self._inputs.signal(shader.GetInput(surface.normal), material, (1, 3, 4))
+            normal = self._inputs.signal(shader.GetInput(surface.normal), material, (3,))
             if normal is not None:
                 inputs["normal"] = normal
                 has_world_normal = is_of_world(shader.GetInput(surface.normal), self._report)
                 paths["normal"] = shader.GetInput(surface.normal).GetAttr().GetPath()
+        found = PreviewSignals(
+            inputs, paths, opacity_mode=mode, opacity_threshold=threshold, has_world_normal=has_world_normal
+        )
+        if surface.reflectance:
+            found = _with_reflectance(found, self._number(shader, surface.reflectance, 1.0), lost)
         without = f", without {', '.join(lost)}" if lost else ""
         message = f"the surface {shader.GetShaderId()!r} is approximated by a UsdPreviewSurface{without}"
         self._report.warn(APPROXIMATED_SURFACE, shader.GetPath(), message)
-        return PreviewSignals(
-            inputs, paths, opacity_mode=mode, opacity_threshold=threshold, has_world_normal=has_world_normal
-        )
+        return found
 
     def _term(self, shader: UsdShade.Shader, term: Term, material: Usd.Prim) -> Signal | None:
         """Return an input of UsdPreviewSurface; None, told, where its factors vary by different coordinates."""
@@ -96,51 +97,67 @@ class ForeignReader:
         return found
 
     def _signal(self, shader: UsdShade.Shader, name: str, default: Color | float, material: Usd.Prim) -> Signal:
-        found = self._inputs.signal(shader.GetInput(name), material, (1, 3, 4))
-        return found or Signal.constant(default if isinstance(default, tuple) else (default,))
+        components = default if isinstance(default, tuple) else (default,)
+        return self._inputs.signal(shader.GetInput(name), material, (len(components),)) or Signal.constant(components)
 
     def _coverage(self, shader: UsdShade.Shader, surface: ForeignSurface, material: Usd.Prim) -> Signal | None:
         """Return the share of the surface that is there; None where that is all of it."""
         port = shader.GetInput(surface.coverage)
         if not port or (surface.coverage_mode and self._number(shader, surface.coverage_mode, 0.0) == 0.0):
             return None
-        found = self._inputs.signal(port, material, (1, 3, 4))
-        return None if found is None or set(found.value or ()) == {1.0} else found
+        found = self._inputs.signal(port, material, (1, 3))
+        if found is None or set(found.value or ()) == {1.0}:
+            return None
+        return found.map(_MEAN) if found.size == len(_MEAN[0]) else found
 
     def _threshold(self, shader: UsdShade.Shader, surface: ForeignSurface) -> float:
         if not surface.coverage_mode or self._number(shader, surface.coverage_mode, 0.0) != _GLTF_MASK:
             return 0.0
         return max(self._number(shader, "alpha_cutoff", 0.5), float(np.finfo(np.float32).tiny))
 
-    def _scale_reflectance(self, shader: UsdShade.Shader, name: str, inputs: dict[str, Signal]) -> None:
-        """Scale the reflectance at normal incidence, ((1 - ior) / (1 + ior))^2, of what bends no rays by that ior."""
-        weight = self._number(shader, name, 1.0)
-        ior = inputs.get("ior", _DEFAULT_IOR).value
-        if weight == 1.0 or weight < 0.0 or ior is None:
-            return
-        r = min(math.sqrt(weight) * abs((1.0 - ior[0]) / (1.0 + ior[0])), 0.999)
-        inputs["ior"] = Signal.constant(((1.0 + r) / (1.0 - r),))
-
     def _number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
         found = read_numbers(shader, name, (1,), self._time, self._report)
         return found[0] if found else default
 
-    def _is_used(self, shader: UsdShade.Shader, name: str, neutral: float) -> bool:
-        """Return whether an input says anything but its neutral value."""
+    def _is_used(self, shader: UsdShade.Shader, surface: ForeignSurface, name: str, loss: Loss) -> bool:
+        """Return whether an input does anything that is lost."""
+        if loss.of and self._said(shader, loss.of, surface.default_of(loss.of, 1.0)) == (0.0,):
+            return False
+        said = self._said(shader, name, loss.neutral if loss.default is None else loss.default)
+        if loss.same_as:
+            return said != self._said(shader, loss.same_as, surface.default_of(loss.same_as, loss.neutral))
+        return isinstance(said, Sdf.Path) or any(number != loss.neutral for number in said)
+
+    def _said(self, shader: UsdShade.Shader, name: str, default: Color | float) -> Sdf.Path | tuple[float, ...]:
+        """Return the output that an input is connected to, or its numbers; the surface's own normal says nothing."""
         port = shader.GetInput(name)
         source = find_source(port, self._report) if port else None
-        if source is None or isinstance(source, Node):
-            return source is not None
-        value = source.Get(self._time)
+        if isinstance(source, Node):
+            if not source.id.startswith(_OWN_NORMAL):
+                return source.path
+            source = None
+        value = source.Get(self._time) if source else None
         found = numbers(value)
-        if value is not None and found is None:
-            self._report.warn(
-                WRONG_TYPE, source.GetPath(), f"is {shown(value)}, not finite numbers; the default is used"
-            )
-        return any(number != neutral for number in found or ())
+        if source and value is not None and found is None:
+            warn_type(source, value, "not finite numbers", self._report)
+        return found or (default if isinstance(default, tuple) else (default,))
 
     def _is_bent(self, shader: UsdShade.Shader, name: str) -> bool:
         """Return whether a normal comes from anything but the surface itself."""
-        port = shader.GetInput(name)
-        source = find_source(port, self._report) if port else None
-        return isinstance(source, Node) and not source.id.startswith("ND_normal_")
+        return isinstance(self._said(shader, name, 0.0), Sdf.Path)
+
+
+def _with_reflectance(surface: PreviewSignals, weight: float, lost: list[str]) -> PreviewSignals:
+    """Return a surface whose reflectance head on, ((1 - ior) / (1 + ior))^2, is scaled; metals have another.
+
+    Another index of refraction does it, unless a coat has that one too, or rays are bent by it.
+    """
+    if weight == 1.0 or weight < 0.0:
+        return surface
+    is_bent = surface.opacity_mode == OpacityMode.TRANSPARENT and surface.get("opacity").value != ONE.value
+    ior = surface.get("ior").value
+    if is_bent or ior is None or surface.get("clearcoat").value != (0.0,):
+        is_metal = surface.get("metallic").value == ONE.value
+        return surface if is_metal else in_specular_workflow(surface, lost, weight)
+    r = min(math.sqrt(weight) * abs((1.0 - ior[0]) / (1.0 + ior[0])), 0.999)
+    return replace(surface, inputs={**surface.inputs, "ior": Signal.constant(((1.0 + r) / (1.0 - r),))})

@@ -87,7 +87,7 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
     are_metals = not (foreground.use_specular_workflow or background.use_specular_workflow)
     lost: list[str] = []
     if not are_specular and not (are_metals and metallic is not None and metallic == background.get("metallic").value):
-        foreground, background = _specular(foreground, lost), _specular(background, lost)
+        foreground, background = in_specular_workflow(foreground, lost), in_specular_workflow(background, lost)
     inputs: dict[str, Signal] = {}
     for name in [name for name in PREVIEW_SIZES if name in {*foreground.inputs, *background.inputs}]:
         first, second = foreground.get(name), background.get(name)
@@ -148,8 +148,13 @@ def _share_of(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     return np.clip(np.divide(part, whole, out=np.zeros(np.shape(whole)), where=np.asarray(whole) > 1e-6), 0.0, 1.0)
 
 
-def _specular(surface: PreviewSignals, lost: list[str]) -> PreviewSignals:
+def in_specular_workflow(surface: PreviewSignals, lost: list[str], weight: float = 1.0) -> PreviewSignals:
     """Return a surface in the specular workflow, by the specification's own formulas.
+
+    Args:
+        surface: In either workflow.
+        lost: Gets the names of inputs that cannot be told so.
+        weight: Of what is no metal's reflectance head on, that of the clearcoat apart.
 
     Reference: UsdPreviewSurface Specification 2.6, useSpecularWorkflow.
     """
@@ -159,7 +164,7 @@ def _specular(surface: PreviewSignals, lost: list[str]) -> PreviewSignals:
     inputs = {name: signal for name, signal in surface.inputs.items() if name != "metallic"}
     try:
         rest = add(ONE, metallic, -1.0)
-        head_on = apply(_reflectance, surface.get("ior").resized(1))
+        head_on = multiply(apply(_reflectance, surface.get("ior").resized(1)), Signal.constant((weight,)))
         inputs["diffuseColor"] = multiply(diffuse, rest)
         inputs["specularColor"] = multiply(
             add(rest, multiply(diffuse, metallic)), add(multiply(head_on, rest), metallic)

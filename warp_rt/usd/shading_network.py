@@ -13,10 +13,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.usd.attribute_values import numbers, shown
+from warp_rt.usd.attribute_values import how_many, numbers, shown
 
 BROKEN_CONNECTION = "W304"
 WRONG_TYPE = "W306"
@@ -30,6 +30,11 @@ class Node:
 
     shader: UsdShade.Shader
     output: str
+
+    @property
+    def path(self) -> Sdf.Path:
+        """Of the output."""
+        return self.shader.GetPath().AppendProperty(f"{UsdShade.Tokens.outputs}{self.output}")
 
     @property
     def id(self) -> str:
@@ -124,7 +129,7 @@ def read_numbers(
     found = numbers(value)
     if value is None or (found is not None and len(found) in counts):
         return found
-    warn_type(shader, name, value, f"not {' or '.join(map(str, counts))} finite numbers", report)
+    warn_type(shader.GetInput(name).GetAttr(), value, f"not {how_many(counts)}", report)
     return None
 
 
@@ -133,7 +138,7 @@ def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, report: R
     value = read_constant(shader, name, time, report)
     if value is None or isinstance(value, str):
         return value
-    warn_type(shader, name, value, "not a token", report)
+    warn_type(shader.GetInput(name).GetAttr(), value, "not a token", report)
     return None
 
 
@@ -142,7 +147,6 @@ def warn_connected(port: UsdShade.Input, report: Report) -> None:
     report.warn(CONNECTED_CONSTANT, port.GetAttr().GetPath(), "cannot be connected to a node; the default is used")
 
 
-def warn_type(shader: UsdShade.Shader, name: str, value: Any, why: str, report: Report) -> None:
-    """Report a value of an input that is of another kind."""
-    path = shader.GetInput(name).GetAttr().GetPath()
-    report.warn(WRONG_TYPE, path, f"is {shown(value)}, {why}; the default is used")
+def warn_type(attribute: Usd.Attribute, value: Any, why: str, report: Report) -> None:
+    """Report a value of another kind than the inputs that it is read for."""
+    report.warn(WRONG_TYPE, attribute.GetPath(), f"is {shown(value)}, {why}; the default is used")

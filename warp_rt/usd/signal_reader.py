@@ -19,7 +19,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.usd.attribute_values import numbers
+from warp_rt.usd.attribute_values import how_many, numbers
 from warp_rt.usd.color_spaces import color_space, color_space_of
 from warp_rt.usd.decoding import linear
 from warp_rt.usd.image_cache import ImageCache
@@ -29,13 +29,13 @@ from warp_rt.usd.matrix_nodes import MATRIX_NODE, MatrixNodes
 from warp_rt.usd.node_inputs import NodeInputs
 from warp_rt.usd.projected_images import on_sky, projected
 from warp_rt.usd.shading_network import (
-    WRONG_TYPE,
     Node,
     find_source,
     note_unknown_inputs,
     read_constant,
     read_numbers,
     read_token,
+    warn_type,
 )
 from warp_rt.usd.signals import CHANNELS, DoesNotFold, Signal, Source, join, look_up, multiply
 from warp_rt.usd.texture_coordinates import Coordinates, coordinate_name, gltf_placement, transform_2d
@@ -131,10 +131,10 @@ class SignalReader:
                 raise _Unfolded(source, is_known=is_known_node(source.id)) from None
             finally:
                 self._chain.pop()
-        found = numbers(source.Get(self._time))
+        value = source.Get(self._time)
+        found = numbers(value)
         if found is None or len(found) not in sizes:
-            wanted = " or ".join(map(str, sizes))
-            self._report.warn(WRONG_TYPE, source.GetPath(), f"not {wanted} finite numbers; the default is used")
+            warn_type(source, value, f"not {how_many(sizes)}", self._report)
             return None
         space = color_space_of(source, self._report)
         if space and len(found) >= 3:
@@ -245,7 +245,7 @@ class SignalReader:
 
     def _primvar(self, shader: UsdShade.Shader, size: int, material: Usd.Prim) -> Signal:
         name = self._varname(shader)
-        fallback = self._fallback(shader, name, material) or (0.0,) * size
+        fallback = self._fallback(shader, name, size, material) or (0.0,) * size
         if not name:
             self._report.warn(NO_COORDINATES, shader.GetPath(), "names no primvar; its fallback is used")
             return Signal.constant(fallback)
@@ -258,7 +258,7 @@ class SignalReader:
                 return value.removeprefix("primvars:")
         return ""
 
-    def _fallback(self, shader: UsdShade.Shader, name: str, material: Usd.Prim) -> tuple[float, ...] | None:
+    def _fallback(self, shader: UsdShade.Shader, name: str, size: int, material: Usd.Prim) -> tuple[float, ...] | None:
         """Return the value where a mesh has no such primvar: the material's own primvar, else the reader's."""
         if name and material:
             primvar = UsdGeom.PrimvarsAPI(material).GetPrimvar(name)
@@ -266,7 +266,7 @@ class SignalReader:
             if found:
                 return found
         for port in ("fallback", "default"):
-            found = read_numbers(shader, port, (1, 2, 3, 4), self._time, self._report)
+            found = read_numbers(shader, port, (size,), self._time, self._report)
             if found:
                 return found
         return None

@@ -53,7 +53,7 @@ class InputReader:
         Returns:
             None where nothing is said, so that the specification's default holds.
         """
-        found = self.signal(port, material, (1, 3, 4))
+        found = self.signal(port, material, (count,))
         return self.lower(found, count, port.GetAttr().GetPath()) if found else None
 
     def signal(self, port: UsdShade.Input | None, material: Usd.Prim, sizes: Sequence[int]) -> Signal | None:

@@ -56,9 +56,9 @@ class SurfaceReader:
         """Return what a UsdPreviewSurface, or its twin in MaterialX, says."""
         inputs: dict[str, Signal] = {}
         paths: dict[str, Sdf.Path] = {}
-        for name in PREVIEW_SIZES:
+        for name, size in PREVIEW_SIZES.items():
             port = shader.GetInput(name)
-            found = self._inputs.signal(port, material, (1, 3, 4))
+            found = self._inputs.signal(port, material, (size,))
             if found is not None:
                 inputs[name], paths[name] = found, port.GetAttr().GetPath()
         note_unknown_inputs(shader, "UsdPreviewSurface", _NAMES, self._report)

@@ -177,7 +177,7 @@ class TextureNodes:
         value = attribute.Get(self._time) if attribute else None
         if value is None or isinstance(value, Sdf.AssetPath):
             return value or Sdf.AssetPath(), attribute
-        warn_type(shader, name, value, "no asset path", self._report)
+        warn_type(shader.GetInput(name).GetAttr(), value, "no asset path", self._report)
         return None, None
 
     def _decoded(self, row: int, color_space: str, attribute: Usd.Attribute, prim: Sdf.Path) -> tuple[int, bool]:
