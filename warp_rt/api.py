@@ -18,6 +18,7 @@ from warp_rt.options import (
     ADAPTIVE,
     COMPLEXITIES,
     DEFAULT_DEPTH,
+    RECORD_PURPOSES,
     RenderOptions,
     check_depths,
     check_mask,
@@ -41,6 +42,7 @@ def open_scene(
     *,
     default_time: bool = False,
     purposes: tuple[str, ...] | None = None,
+    default_purposes: tuple[str, ...] = RECORD_PURPOSES,
     complexity: str = COMPLEXITIES[0],
     mask: Sequence[str] = (),
     session_layer: str | PathLike[str] | None = None,
@@ -56,8 +58,9 @@ def open_scene(
         path_or_stage: A .usda, .usdc, .usd or .usdz file, an open ``Usd.Stage``, or a .nff or .nff.gz file, for which
             none of the other arguments count.
         default_time: Read the default values where no time is asked for; else those of the stage's start time code.
-        purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: what the render settings say,
-            else ``proxy``.
+        purposes: Purposes to draw besides ``default``, from ``options.PURPOSES``; None: those that the render settings
+            author, else ``default_purposes``.
+        default_purposes: usdrecord's, ``default`` and ``proxy``; ``options.PRODUCT_PURPOSES`` are those of the schema.
         complexity: Of subdivision surfaces: ``low`` draws their cages, as usdrecord does by default; ``medium``,
             ``high`` and ``veryhigh`` refine them 1, 2 and 3 times, with points and normals of the limit surface.
             What renders takes ``auto`` too: each surface as often as its edges are large in the picture.
@@ -72,6 +75,7 @@ def open_scene(
         OptionError: A purpose or complexity is unknown, or the mask names no prim.
     """
     check_purposes(purposes)
+    check_purposes(default_purposes)
     mask = check_mask(mask)
     level = refinement_level(complexity)
     for name, prim in (("render_settings", render_settings), ("render_pass", render_pass)):
@@ -102,6 +106,7 @@ def open_scene(
         session_layer=session_layer,
         default_time=default_time,
         purposes=purposes,
+        default_purposes=default_purposes,
         settings_path=render_settings,
         pass_path=render_pass,
         level=level,

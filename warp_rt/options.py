@@ -33,6 +33,10 @@ COMPLEXITIES = ("low", "medium", "high", "veryhigh")
 ADAPTIVE = "auto"
 """Name of the complexity that refines each surface by the size of its edges in the picture."""
 PURPOSES = ("default", "render", "proxy", "guide")
+RECORD_PURPOSES = ("default", "proxy")
+"""What is drawn where nothing says which purposes: usdrecord's."""
+PRODUCT_PURPOSES = ("default", "render")
+"""What is drawn in a RenderProduct whose settings do not say: the schema's fallback of includedPurposes."""
 
 DEFAULT_WIDTH = 960  # usdrecord's
 DEFAULT_DEPTH = 7

@@ -305,3 +305,45 @@ def test_what_cannot_be_chosen() -> None:
         product_shots(products, "all")
     with pytest.raises(OptionError, match="one file for 2 products"):
         product_shots(products, "all", output=Path("b.exr"))
+
+
+@pytest.mark.parametrize(
+    ("said", "arguments", "seen"),
+    [
+        ("", ["--product", "P", "-o", "p.exr"], {"/plain", "/render"}),  # the schema's fallback
+        ("", ["-o", "p.exr"], {"/plain", "/proxy"}),  # usdrecord's
+        ("", ["--product", "P", "-o", "p.exr", "--purposes", "proxy"], {"/plain", "/proxy"}),
+        ('uniform token[] includedPurposes = ["proxy", "guide"]', ["--product", "P", "-o", "p.exr"], {"/proxy"}),
+    ],
+)
+def test_purposes_of_products(said: str, arguments: list[str], seen: set[str], folder: Path) -> None:
+    balls = "".join(
+        f'def Sphere "{name}" {{ token purpose = "{purpose}"\ndouble radius = 0.1\n'
+        f"double3 xformOp:translate = ({x}, 0, 0)\n"
+        'uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
+        for x, (name, purpose) in enumerate((("plain", "default"), ("render", "render"), ("proxy", "proxy")), start=-1)
+    )
+    (folder / "purposes.usda").write_text(
+        f"""#usda 1.0
+(renderSettingsPrimPath = "/S")
+def Camera "c" {{
+    token projection = "orthographic"
+    float horizontalAperture = 30
+    float verticalAperture = 30
+    double3 xformOp:translate = (0, 0, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+def RenderSettings "S" {{
+    rel camera = </c>
+    uniform int2 resolution = (30, 30)
+    rel products = </P>
+    {said}
+}}
+def RenderProduct "P" {{}}
+{balls}"""
+    )
+    assert run("render", "purposes.usda", *arguments, "--aov", "color,primId") == 0
+    prims = json.loads((folder / "p.ids.json").read_text())["primId"]
+    _, channels = read(folder / "p.exr")
+    hit = np.unique(channels["primId.X"].astype(np.int32))
+    assert {prims[str(each)]["path"] for each in hit if each >= 0} == seen

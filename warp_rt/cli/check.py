@@ -15,7 +15,7 @@ from warp_rt.cli.request import add_request, request_options, request_output, re
 from warp_rt.cli.stage_input import as_product, open_refined_stage, open_stage
 from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.terminal import Terminal, one_line
-from warp_rt.options import RenderOptions
+from warp_rt.options import PRODUCT_PURPOSES, RenderOptions
 from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         shots = request_shots(args)
         source = open_stage(args)
     else:
-        source = open_stage(args)
+        source = open_stage(args, PRODUCT_PURPOSES)
         shots, notes = product_shots(source, args.product, args.frames, args.aov, request_output(args))
         found = dict.fromkeys(notes, shots[0].time)
     products = dict.fromkeys(shot.product for shot in shots)

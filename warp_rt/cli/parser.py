@@ -111,7 +111,7 @@ def add_scene(parser: Parser) -> None:
         type=_purposes,
         metavar="P[,P]",
         help=f"purposes to draw besides default, of {', '.join(PURPOSES)} "
-        "(default: as the render settings say, else proxy)",
+        "(default: as the render settings say, else proxy; render in products)",
     )
 
 

@@ -20,7 +20,7 @@ from warp_rt.cli.terminal import Terminal
 from warp_rt.errors import OptionError, OutputError, SceneError
 from warp_rt.image.outputs import FORMATS
 from warp_rt.near_matches import near_matches
-from warp_rt.options import RenderOptions
+from warp_rt.options import PRODUCT_PURPOSES, RenderOptions
 from warp_rt.report import Diagnostic
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def make_products(
         announce: Likewise.
         output: File of the one product that is chosen; None: each has the name that the stage gives it.
     """
-    source = open_stage(args)
+    source = open_stage(args, PRODUCT_PURPOSES)
     shots, notes = product_shots(source, args.product, args.frames, args.aov, output)
     make_folders(shots)
     return make_pictures(args, terminal, options, shots, view, announce, source, notes)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.voice import Voice
 from warp_rt.errors import OutputError
-from warp_rt.options import ADAPTIVE, COMPLEXITIES
+from warp_rt.options import ADAPTIVE, COMPLEXITIES, RECORD_PURPOSES
 
 if TYPE_CHECKING:
     from warp_rt.options import RenderOptions
@@ -52,8 +52,12 @@ def as_product(scene: Scene, product: Product | None) -> Scene:
     return scene if product is None else replace(scene, settings=product.settings)
 
 
-def open_stage(args: argparse.Namespace) -> RefinableSource:
+def open_stage(args: argparse.Namespace, default_purposes: tuple[str, ...] = RECORD_PURPOSES) -> RefinableSource:
     """Return the stage that the arguments of ``render_arguments`` name, open.
+
+    Args:
+        args: Of a parser that has ``render_arguments``.
+        default_purposes: Drawn where neither the arguments nor the stage say which purposes are.
 
     Raises:
         SceneError: It cannot be read.
@@ -64,6 +68,7 @@ def open_stage(args: argparse.Namespace) -> RefinableSource:
         args.scene,
         default_time=args.default_time,
         purposes=args.purposes,
+        default_purposes=default_purposes,
         complexity=COMPLEXITIES[0] if args.complexity == ADAPTIVE else args.complexity,
         mask=args.mask,
         session_layer=args.session_layer,

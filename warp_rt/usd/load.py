@@ -14,6 +14,7 @@ import numpy as np
 from pxr import Tf, Usd
 
 from warp_rt.errors import LimitError, SceneError
+from warp_rt.options import RECORD_PURPOSES
 from warp_rt.report import Report
 from warp_rt.scene import Camera, Dome, Instances, Light, Material, Mesh, Scene, Shapes
 from warp_rt.usd.cameras import read_camera, report_hidden, report_unexposed
@@ -46,8 +47,6 @@ from warp_rt.usd.stage import (
 )
 from warp_rt.usd.walk import StageWalk
 
-# usdrecord's: a render product's own purposes, {default, render}, count only where they are authored.
-DEFAULT_PURPOSES = ("default", "proxy")
 UNREADABLE = "W420"
 NOTHING_DRAWN = "N905"
 
@@ -78,6 +77,7 @@ def load_stage(
     time: float | None = None,
     default_time: bool = False,
     purposes: tuple[str, ...] | None = None,
+    default_purposes: tuple[str, ...] = RECORD_PURPOSES,
     mask: Sequence[str] = (),
     session_layer: str | os.PathLike[str] | None = None,
     settings_path: str | None = None,
@@ -95,7 +95,8 @@ def load_stage(
         time: Time code; None: the stage's startTimeCode, or 0.
         default_time: Read default values, those of no time, instead.
         purposes: Purposes that are drawn, with ``default`` in any case; None: those of the render settings where
-            they are authored, else ``default`` and ``proxy``.
+            they are authored, else ``default_purposes``.
+        default_purposes: Purposes that are drawn where neither the caller nor the render settings say which.
         mask: Prims that a file is composed of, see ``open_stage``.
         session_layer: Layer stronger than the file.
         settings_path: RenderSettings prim; None: the one that the stage's metadata name.
@@ -122,7 +123,7 @@ def load_stage(
         if pass_path is not None:
             settings_path = settings_of_pass(stage, pass_path, report)
         terms = read_settings(stage, report, settings_path)
-        chosen = {"default", *purposes} if purposes is not None else terms.purposes or DEFAULT_PURPOSES
+        chosen = {"default", *purposes} if purposes is not None else terms.purposes or default_purposes
         # Hydra's sense of motion: what moves blurs, but lights and materials are as they are at the frame.
         base = code if base_time is None else Usd.TimeCode(base_time)
         materials = MaterialReader(stage, base, report, terms.binding_purposes, images)

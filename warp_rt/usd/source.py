@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from pxr import Usd
 
+from warp_rt.options import RECORD_PURPOSES
 from warp_rt.report import Report
 from warp_rt.scene import Product, Scene
 from warp_rt.usd.image_cache import KeptImages
@@ -27,6 +28,7 @@ class StageSource:
         session_layer: Layer stronger than the file.
         default_time: Whether no time means the default time, not the stage's start.
         purposes: As for ``load_stage``; so too the arguments that follow.
+        default_purposes: Those where nobody says which.
         settings_path: RenderSettings prim.
         pass_path: RenderPass prim.
         level: Refinements of subdivision surfaces.
@@ -45,6 +47,7 @@ class StageSource:
         session_layer: str | os.PathLike[str] | None = None,
         default_time: bool = False,
         purposes: tuple[str, ...] | None = None,
+        default_purposes: tuple[str, ...] = RECORD_PURPOSES,
         settings_path: str | None = None,
         pass_path: str | None = None,
         level: int = 0,
@@ -62,6 +65,7 @@ class StageSource:
         self._images = KeptImages()
         self._default_time = default_time
         self._purposes = purposes
+        self._default_purposes = default_purposes
         self._settings_path = settings_path
         self._pass_path = pass_path
         self._level = level
@@ -91,6 +95,7 @@ class StageSource:
             time=time,
             default_time=self._default_time,
             purposes=self._purposes,
+            default_purposes=self._default_purposes,
             settings_path=self._settings_path,
             pass_path=self._pass_path,
             level=self._level,
