@@ -50,12 +50,11 @@ IRRADIANCE_WIDTH = wp.constant(64)
 IRRADIANCE_HEIGHT = wp.constant(33)
 """Its rows, which start and end at the poles: most floors face one. An odd number, for walls face the equator."""
 
-# --- ``MaterialData.has_normal_map``
+# --- ``MaterialData.normal_frame``, those of ``scene.NormalFrame``; 0: there is no input ``normal``
 
-NORMAL_MAP = wp.constant(1)
-"""The input ``normal`` is in the frame of the surface's texture coordinates."""
-WORLD_NORMAL = wp.constant(2)
-"""It is in the world's space."""
+IMAGE_FRAME = wp.constant(1)
+PRIMVAR_FRAME = wp.constant(2)
+WORLD_FRAME = wp.constant(3)
 
 # --- ``FrameData.shadow_mode``
 

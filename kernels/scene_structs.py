@@ -166,8 +166,8 @@ class MaterialData:
     opacity_threshold: wp.float32
     is_single_sided: wp.int32
     """Whether it is absent from behind."""
-    has_normal_map: wp.int32
-    """NORMAL_MAP, WORLD_NORMAL, or 0."""
+    normal_frame: wp.int32
+    """IMAGE_FRAME, PRIMVAR_FRAME, WORLD_FRAME; 0: no input bends the normal."""
     varying: wp.int32
     """A bit an input, the first one lowest: 1 where it is a texture or a primvar."""
 

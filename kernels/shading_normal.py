@@ -4,7 +4,7 @@
 
 import warp as wp
 
-from .codes import INPUT_COUNT, PREVIEW_INPUTS, WORLD_NORMAL
+from .codes import IMAGE_FRAME, INPUT_COUNT, PREVIEW_INPUTS, WORLD_FRAME
 from .constants import HORIZON, JUST_SEEN, LEAST_DIVISOR
 from .features import Features, PlainScene
 from .material_input import input_vec3
@@ -28,6 +28,32 @@ def just_seen(bent: wp.vec3, n: wp.vec3, wo: wp.vec3) -> wp.vec3:
     return n
 
 
+@wp.func
+def map_tangents(scene: wp.ref[SceneData], surface: wp.ref[Surface], row: int, frame: int):
+    """Return the world directions of x and y of a normal map, of any length: zero where its coordinates have none.
+
+    In IMAGE_FRAME they are those in which the coordinates grow as the image is read: a transform that turns or mirrors
+    it on the surface turns and mirrors its bumps.
+
+    Args:
+        scene: Shading data.
+        surface: Where.
+        row: Of ``SceneData.textures``; -1: what is no texture is in the frame of st.
+        frame: ``MaterialData.normal_frame``.
+    """
+    if row < 0:
+        return surface_tangents(scene, surface, int(wp.static(int(NORMALS_SLOT) + 1)))
+    texture = scene.textures[row]
+    along_u, along_v = surface_tangents(scene, surface, texture.primvar)
+    if frame != IMAGE_FRAME:
+        return along_u, along_v
+    # The inverse of the transform, up to its size.
+    u = texture.row_u
+    v = texture.row_v
+    side = wp.sign(u[0] * v[1] - u[1] * v[0])
+    return (along_u * v[1] - along_v * v[0]) * side, (along_v * u[0] - along_u * u[1]) * side
+
+
 @per_type
 def shading_normal(
     scene: wp.ref[SceneData], surface: wp.ref[Surface], material: MaterialData, wo: wp.vec3, features: Features
@@ -38,15 +64,12 @@ def shading_normal(
     where it is just seen, so that nothing jumps; turned round it would face what is behind the surface.
     """
     n = face_forward(surface.n_shading, wo)
-    if material.has_normal_map == WORLD_NORMAL:
+    if material.normal_frame == WORLD_FRAME:
         m = input_vec3(scene, surface, material.varying, _NORMAL, wo, features)
         return just_seen(m * wp.sign(wp.dot(n, surface.n_shading)), n, wo)
-    if material.has_normal_map != 0:
+    if material.normal_frame != 0:
         data = scene.inputs[surface.material * INPUT_COUNT + _NORMAL]
-        slot = int(wp.static(int(NORMALS_SLOT) + 1))  # that of st: the frame of what is no texture
-        if data.texture >= 0:
-            slot = scene.textures[data.texture].primvar
-        tangent, bitangent = surface_tangents(scene, surface, slot)
+        tangent, bitangent = map_tangents(scene, surface, data.texture, material.normal_frame)
         # An orthonormal frame about the interpolated normal; mirrored texture coordinates keep their handedness.
         t = tangent - n * wp.dot(n, tangent)
         b = bitangent - n * wp.dot(n, bitangent) - t * (wp.dot(t, bitangent) / wp.max(wp.dot(t, t), LEAST_DIVISOR))
@@ -84,7 +107,7 @@ def facing(
         features: What the kernel can render.
     """
     cosine = wp.dot(shading.n, wi)
-    if scene.materials[surface.material].has_normal_map != 0:
+    if scene.materials[surface.material].normal_frame != 0:
         return wp.min(cosine, wp.dot(face_forward(surface.n_shading, shading.wo), wi))
     return cosine
 
@@ -113,7 +136,7 @@ def mirror_normal(
     another plane.
     """
     n = shading.n
-    if scene.materials[surface.material].has_normal_map != 0:
+    if scene.materials[surface.material].normal_frame != 0:
         above = face_forward(surface.n_shading, shading.wo)
         mirrored = 2.0 * wp.dot(n, shading.wo) * n - shading.wo
         lowest = wp.min(0.5 * wp.dot(above, shading.wo), HORIZON)

@@ -137,6 +137,50 @@ def test_turned_coordinates_turn_the_frame(textured: str) -> None:
     np.testing.assert_allclose(got, (BENT[1], -BENT[0], BENT[2]), atol=1e-5)
 
 
+def moved(textured: str, rotation: float, scale: tuple[float, float], prefix: str = "") -> str:
+    """Return the map behind a UsdTransform2d, or behind MaterialX's."""
+    through = textured.replace("inputs:st.connect = </M/R.outputs:result>", "inputs:st.connect = </M/X.outputs:result>")
+    return f"""{through}
+    }}
+    def Shader "X"
+    {{
+        uniform token info:id = "{prefix}UsdTransform2d"
+        float2 inputs:in.connect = </M/R.outputs:result>
+        float inputs:rotation = {rotation}
+        float2 inputs:scale = {scale}
+        float2 inputs:translation = (0.3, -0.2)
+        float2 outputs:result
+    """
+
+
+@pytest.mark.parametrize("camera", ["/Above", "/Below"])
+@pytest.mark.parametrize(
+    ("rotation", "scale", "x", "y"),
+    [
+        (0, (2, 0.5), (1, 0), (0, 1)),
+        (90, (1, 1), (0, -1), (1, 0)),
+        (180, (1, 1), (-1, 0), (0, -1)),
+        (0, (1, -1), (1, 0), (0, -1)),
+        (90, (-3, 1), (0, -1), (-1, 0)),
+        (30, (1, 1), (np.sqrt(0.75), -0.5), (0.5, np.sqrt(0.75))),
+    ],
+)
+def test_what_turns_the_image_turns_its_bumps(
+    textured: str, rotation: float, scale: tuple[float, float], x: tuple, y: tuple, camera: str
+) -> None:
+    """The map's x and y are along the image's own edges, as these lie on the surface."""
+    outward = BENT[0] * np.array((*x, 0)) + BENT[1] * np.array((*y, 0)) + BENT[2] * np.array((0, 0, 1))
+    expected = outward if camera == "/Above" else -outward
+    np.testing.assert_allclose(normal(stage(moved(textured, rotation, scale)), camera), expected, atol=1e-5)
+
+
+def test_materialx_has_the_frame_of_the_primvar(textured: str) -> None:
+    """Its library takes the tangents of the texture coordinates, whatever moves them."""
+    opened = stage(moved(textured, 90, (1, -1), "ND_"))
+    opened.GetPrimAtPath("/M/S").GetAttribute("info:id").Set("ND_UsdPreviewSurface_surfaceshader")
+    np.testing.assert_allclose(normal(opened), BENT, atol=1e-5)
+
+
 def test_uneven_scale_bends_the_normal_in_the_world(textured: str) -> None:
     """The frame is made of unit vectors of the placed surface: scale does not flatten bumps."""
     scaled = 'double3 xformOp:scale = (4, 1, 2)\nuniform token[] xformOpOrder = ["xformOp:scale"]'

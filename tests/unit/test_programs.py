@@ -19,7 +19,7 @@ from warp_rt.kernels.program import eval_program
 from warp_rt.kernels.scene_structs import SceneData
 from warp_rt.kernels.surface import Surface
 from warp_rt.report import Report
-from warp_rt.scene import Input, Material, MaterialModel, Scene
+from warp_rt.scene import Input, Material, MaterialModel, NormalFrame, Scene
 from warp_rt.scene.materials import LARGEST_INPUT
 from warp_rt.scene.programs import MAX_REGISTERS, Op, Program, Step
 from warp_rt.upload.device_scene import upload_scene
@@ -435,14 +435,14 @@ BUMPS = (
 
 def test_a_normal_of_the_world_stays_in_it() -> None:
     material, codes = shaded(BUMPS + node("N", "ND_add_vector3", on("in1", "W"), on("in2", "Q")), STANDARD)
-    assert (material.inputs["normal"].is_world_normal, codes) == (True, [])
+    assert (material.inputs["normal"].normal_frame, codes) == (NormalFrame.WORLD, [])
     values = run(material.inputs["normal"].program)[:, :3]
     np.testing.assert_allclose(values, NORMAL + perlin_solid_vector(PLACES.astype(float)), atol=1e-4)
 
 
 def test_a_normal_map_of_the_place_stays_in_the_frame_of_the_surface() -> None:
     material, codes = shaded(BUMPS + node("N", "ND_normalmap_float", on("in", "Q")), STANDARD)
-    assert (material.inputs["normal"].is_world_normal, codes) == (False, [])
+    assert (material.inputs["normal"].normal_frame, codes) == (NormalFrame.PRIMVAR, [])
     values = run(material.inputs["normal"].program)[:, :3]
     np.testing.assert_allclose(values, 2.0 * perlin_solid_vector(PLACES.astype(float)) - 1.0, atol=1e-4)
 

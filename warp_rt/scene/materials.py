@@ -50,6 +50,17 @@ class OpacityMode(IntEnum):
     PRESENCE = 1
 
 
+class NormalFrame(IntEnum):
+    """What x, y and z of a normal are along, z being the surface's own normal in the first two."""
+
+    IMAGE = 1
+    """x and y as the texture coordinates grow by which the image is read, moved by whatever moves them."""
+    PRIMVAR = 2
+    """x and y as the primvar's own do."""
+    WORLD = 3
+    """The axes of world space."""
+
+
 @dataclass(frozen=True)
 class Image:
     """Texels. Row 0 is the bottom one, where v = 0, as USD has it."""
@@ -121,8 +132,8 @@ class Input:
     bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     program: Program | None = None
     """What it is, in place of all else."""
-    is_world_normal: bool = False
-    """Whether what a program gives is a normal in the world's space, not one in the frame of texture coordinates."""
+    normal_frame: NormalFrame = NormalFrame.IMAGE
+    """Of the input ``normal``."""
 
     @property
     def varies(self) -> bool:

@@ -12,7 +12,7 @@ import warp as wp
 
 from warp_rt.device.arrays import Packer
 from warp_rt.kernels import scene_structs
-from warp_rt.kernels.codes import INPUT_COUNT, NORMAL_MAP, PREVIEW_INPUTS, WHITTED_INPUTS, WORLD_NORMAL
+from warp_rt.kernels.codes import INPUT_COUNT, PREVIEW_INPUTS, WHITTED_INPUTS
 from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, Scene, Texture
 from warp_rt.upload.device_images import DeviceImages
 from warp_rt.upload.programs import ProgramTable
@@ -71,11 +71,11 @@ def _texture_record(texture: Texture, slots: Mapping[str, int], images: DeviceIm
     }
 
 
-def _normal_map(normal: Input | None) -> int:
-    """Return ``kernels.scene_structs.MaterialData.has_normal_map``."""
+def _normal_frame(normal: Input | None) -> int:
+    """Return ``kernels.scene_structs.MaterialData.normal_frame``."""
     if normal is None or not (normal.varies or tuple(normal.value[:3]) != (0.0, 0.0, 1.0)):
         return 0
-    return int(WORLD_NORMAL if normal.is_world_normal else NORMAL_MAP)
+    return int(normal.normal_frame)
 
 
 def _material_record(material: Material) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _material_record(material: Material) -> dict[str, Any]:
         "opacity_mode": int(material.opacity_mode),
         "opacity_threshold": material.opacity_threshold,
         "is_single_sided": material.is_single_sided,
-        "has_normal_map": _normal_map(normal),
+        "normal_frame": _normal_frame(normal),
         "varying": sum(
             1 << k
             for k, name in enumerate(_INPUT_ROWS[material.model])

@@ -17,9 +17,9 @@ import numpy as np
 from pxr import Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import OpacityMode
+from warp_rt.scene import NormalFrame, OpacityMode
 from warp_rt.usd.foreign_surfaces import APPROXIMATED_SURFACE
-from warp_rt.usd.normal_networks import is_of_world
+from warp_rt.usd.normal_networks import frame_of
 from warp_rt.usd.preview_signals import ONE, PreviewSignals
 from warp_rt.usd.shading_network import Node, find_source, read_token
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
@@ -131,7 +131,7 @@ class BsdfReader:
         bent = self._inputs.signal(normal, material, (3,))
         if bent is not None:
             found["normal"] = bent
-        has_world_normal = bent is not None and is_of_world(normal, self._report)
+        frame = NormalFrame.PRIMVAR if normal is None else frame_of(normal, self._report)
         without = f", without {', '.join(graph.lost)}" if graph.lost else ""
         message = f"the surface {SURFACE!r} of BSDFs is approximated by a UsdPreviewSurface{without}"
         self._report.warn(APPROXIMATED_SURFACE, surface.GetPath(), message)
@@ -142,7 +142,7 @@ class BsdfReader:
             dict.fromkeys(found, path),
             use_specular_workflow=True,
             opacity_mode=mode,
-            has_world_normal=has_world_normal,
+            normal_frame=frame,
         )
 
     def _sum(self, lobes: list[_Lobe], surface: UsdShade.Shader) -> Signal:

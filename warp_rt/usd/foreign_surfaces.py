@@ -11,10 +11,10 @@ import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import OpacityMode
+from warp_rt.scene import NormalFrame, OpacityMode
 from warp_rt.usd.attribute_values import numbers
 from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Loss, Term
-from warp_rt.usd.normal_networks import is_of_world
+from warp_rt.usd.normal_networks import frame_of
 from warp_rt.usd.preview_signals import ONE, PreviewSignals, in_specular_workflow
 from warp_rt.usd.shading_network import Node, find_source, read_numbers, warn_type
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
@@ -65,16 +65,14 @@ class ForeignReader:
                 threshold = self._threshold(shader, surface)
             elif coverage is not None:
                 lost.append(surface.coverage)
-        has_world_normal = False
+        frame = NormalFrame.PRIMVAR
         if surface.normal and self._is_bent(shader, surface.normal):
             normal = self._inputs.signal(shader.GetInput(surface.normal), material, (3,))
             if normal is not None:
                 inputs["normal"] = normal
-                has_world_normal = is_of_world(shader.GetInput(surface.normal), self._report)
+                frame = frame_of(shader.GetInput(surface.normal), self._report)
                 paths["normal"] = shader.GetInput(surface.normal).GetAttr().GetPath()
-        found = PreviewSignals(
-            inputs, paths, opacity_mode=mode, opacity_threshold=threshold, has_world_normal=has_world_normal
-        )
+        found = PreviewSignals(inputs, paths, opacity_mode=mode, opacity_threshold=threshold, normal_frame=frame)
         if surface.reflectance:
             found = _with_reflectance(found, self._number(shader, surface.reflectance, 1.0), lost)
         without = f", without {', '.join(lost)}" if lost else ""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The warp_rt maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Which space the normal is in that a MaterialX network gives: the world's, or the frame of a normal map.
+"""Which frame the normal is in that a MaterialX network gives: the world's, or that of a normal map.
 
 MaterialX's surfaces take normals of the world, to which its normalmap node brings the texels of a map; here those stay
 in the map's frame, as UsdPreviewSurface has it.
@@ -11,6 +11,7 @@ from __future__ import annotations
 from pxr import Sdf, UsdShade
 
 from warp_rt.report import Report
+from warp_rt.scene import NormalFrame
 from warp_rt.usd.shading_network import Node, find_source
 
 _MAPS = (
@@ -21,8 +22,8 @@ _OF_WORLD = ("ND_normal_", "ND_tangent_", "ND_bitangent_", "ND_transformnormal_"
 _UNRELATED = ("ND_triplanarprojection_",)  # whose normal merely weighs
 
 
-def is_of_world(port: UsdShade.Input, report: Report) -> bool:
-    """Return whether a normal is computed in the world's space.
+def frame_of(port: UsdShade.Input, report: Report) -> NormalFrame:
+    """Return the frame of a normal of MaterialX's, whose maps are in that of the primvar.
 
     Args:
         port: The normal's input of a surface.
@@ -35,8 +36,8 @@ def is_of_world(port: UsdShade.Input, report: Report) -> bool:
             continue
         seen.add(source.shader.GetPath())
         if source.id.startswith(_MAPS):
-            return False
+            return NormalFrame.PRIMVAR
         found = found or source.id.startswith(_OF_WORLD)
         if not source.id.startswith((*_OF_WORLD, *_UNRELATED)):
             waiting += source.shader.GetInputs()
-    return found
+    return NormalFrame.WORLD if found else NormalFrame.PRIMVAR

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pxr import Sdf
 
-from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, OpacityMode
+from warp_rt.scene import MATERIAL_DEFAULTS, Input, Material, MaterialModel, NormalFrame, OpacityMode
 from warp_rt.usd.signals import DoesNotFold, Signal, add, apply, blend, multiply, steps_of
 from warp_rt.usd.surface_inputs import InputReader
 
@@ -33,8 +33,8 @@ class PreviewSignals:
     use_specular_workflow: bool = False
     opacity_mode: OpacityMode = OpacityMode.TRANSPARENT
     opacity_threshold: float = 0.0
-    has_world_normal: bool = False
-    """Whether the input ``normal`` is in the world's space."""
+    normal_frame: NormalFrame = NormalFrame.IMAGE
+    """Of the input ``normal``."""
 
     def get(self, name: str) -> Signal:
         """Return an input, or its default."""
@@ -56,8 +56,8 @@ class PreviewSignals:
                 value = inputs.check_ior(port, value)
             elif name in _SHARES:
                 value = inputs.check_share(port, value)
-            elif name == "normal" and value is not None and self.has_world_normal:
-                value = replace(value, is_world_normal=True)
+            elif name == "normal" and value is not None:
+                value = replace(value, normal_frame=self.normal_frame)
             if value is not None:
                 lowered[name] = value
         return Material(
@@ -94,7 +94,7 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
         if first.key == second.key:
             inputs[name] = first
             continue
-        if name == "normal" and foreground.has_world_normal != background.has_world_normal:
+        if name == "normal" and foreground.normal_frame != background.normal_frame:
             lost.append(name)
             inputs[name] = second
             continue
@@ -115,7 +115,7 @@ def mixed(foreground: PreviewSignals, background: PreviewSignals, share: Signal)
             use_specular_workflow=foreground.use_specular_workflow,
             opacity_mode=chosen.opacity_mode,
             opacity_threshold=chosen.opacity_threshold,
-            has_world_normal=background.has_world_normal,
+            normal_frame=background.normal_frame,
         ),
         list(dict.fromkeys(lost)),
     )
@@ -178,7 +178,7 @@ def in_specular_workflow(surface: PreviewSignals, lost: list[str], weight: float
         use_specular_workflow=True,
         opacity_mode=surface.opacity_mode,
         opacity_threshold=surface.opacity_threshold,
-        has_world_normal=surface.has_world_normal,
+        normal_frame=surface.normal_frame,
     )
 
 

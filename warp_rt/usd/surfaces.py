@@ -9,7 +9,7 @@ import re
 from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
-from warp_rt.scene import OpacityMode
+from warp_rt.scene import NormalFrame, OpacityMode
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.bsdf_graphs import SURFACE as SURFACE_OF_BSDFS
 from warp_rt.usd.bsdf_graphs import BsdfReader
@@ -64,12 +64,14 @@ class SurfaceReader:
         note_unknown_inputs(shader, "UsdPreviewSurface", _NAMES, self._report)
         workflow = read_numbers(shader, "useSpecularWorkflow", (1,), self._time, self._report) or (0.0,)
         threshold = read_numbers(shader, "opacityThreshold", (1,), self._time, self._report) or (0.0,)
+        is_materialx = (shader.GetShaderId() or "").startswith("ND_")  # whose library has the tangents of the primvar
         return PreviewSignals(
             inputs,
             paths,
             use_specular_workflow=workflow[0] != 0,
             opacity_mode=self._opacity_mode(shader),
             opacity_threshold=threshold[0],
+            normal_frame=NormalFrame.PRIMVAR if is_materialx else NormalFrame.IMAGE,
         )
 
     def approximated(self, surface: Node, material: Usd.Prim) -> PreviewSignals | None:
