@@ -153,6 +153,26 @@ def test_info_counts_what_is_there(stage, capfd):
     assert facts["warnings"] == 0
 
 
+@pytest.mark.parametrize(
+    ("metadata", "time_range", "rate", "row"),
+    [
+        ("", None, 24, "none named"),
+        ("startTimeCode = 3", None, 24, "none named"),
+        ("startTimeCode = 3\nendTimeCode = 1", None, 24, "none named"),
+        ("startTimeCode = 1\nendTimeCode = 48.5\ntimeCodesPerSecond = 30", [1, 48.5], 30, "1:48.5, 30 a second"),
+    ],
+)
+def test_info_tells_the_frames_that_a_stage_names(stage, capfd, metadata, time_range, rate, row):
+    stage.write_text(
+        STAGE.replace("    startTimeCode = 1\n    endTimeCode = 3\n", "").replace("(\n", f"(\n{metadata}\n", 1)
+    )
+    assert main(["info", "wall.usda", "--json"]) == 0
+    facts = json.loads(capfd.readouterr().out)
+    assert (facts["time_range"], facts["time_codes_per_second"]) == (time_range, rate)
+    assert main(["info", "wall.usda"]) == 0
+    assert f"\nframes     {row}\n" in capfd.readouterr().out
+
+
 def test_info_for_people(stage, capfd):
     assert main(["info", "wall.usda"]) == 0
     out = capfd.readouterr().out

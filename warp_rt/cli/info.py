@@ -70,6 +70,8 @@ def _facts(scene: Scene, options: RenderOptions, camera: str | None) -> dict[str
     placed = scene.instances.mesh.tolist()
     return {
         "time": scene.time,
+        "time_range": scene.time_range,
+        "time_codes_per_second": scene.time_codes_per_second,
         "up_axis": scene.up_axis,
         "meters_per_unit": scene.meters_per_unit,
         "bounds": scene.bounds().tolist(),
@@ -151,6 +153,7 @@ def _table(facts: dict[str, Any]) -> str:
     rows = [
         ("scene", facts["scene"]),
         ("time", "default" if facts["time"] is None else f"{facts['time']:g}"),
+        ("frames", _frames(facts["time_range"], facts["time_codes_per_second"])),
         ("up axis", f"{facts['up_axis']}, {facts['meters_per_unit']:g} m a unit"),
         ("bounds", " to ".join(_point(corner) for corner in facts["bounds"]) if facts["instances"] else "none"),
         ("prims", f"{facts['prims']:,}"),
@@ -176,6 +179,11 @@ def _table(facts: dict[str, Any]) -> str:
         ("warnings", f"{facts['warnings']}{' (warp-rt check names them)' if facts['warnings'] else ''}"),
     ]
     return "\n".join(f"{name:<11}{one_line(value)}" for name, value in rows)
+
+
+def _frames(time_range: tuple[float, float] | None, rate: float) -> str:
+    """Return the frames that the stage names, as ``--frames`` takes them."""
+    return "none named" if time_range is None else f"{time_range[0]:g}:{time_range[1]:g}, {rate:g} a second"
 
 
 def _listed(name: str, items: list[str]) -> list[tuple[str, str]]:

@@ -56,6 +56,9 @@ class Scene:
     """File that the scene was read from, or empty."""
     time: float | None = None
     """Time code; None: the default time."""
+    time_range: tuple[float, float] | None = None
+    """First and last time code of the stage, between which frames are meant to be; None where it names none."""
+    time_codes_per_second: float = 24.0
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __post_init__(self) -> None:

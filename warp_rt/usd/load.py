@@ -43,6 +43,7 @@ from warp_rt.usd.stage import (
     stage_meters_per_unit,
     stage_name,
     stage_time,
+    stage_time_range,
     stage_up_axis,
 )
 from warp_rt.usd.walk import StageWalk
@@ -174,6 +175,8 @@ def load_stage(
         meters_per_unit=meters_per_unit,
         source=source,
         time=None if code.IsDefault() else code.GetValue(),
+        time_range=stage_time_range(stage),
+        time_codes_per_second=stage.GetTimeCodesPerSecond(),
     )
     if from_rec709 is not None:
         scene = RenderingSpace(from_rec709, materials.mixed).scene(scene)

@@ -247,14 +247,20 @@ def stage_time(stage: Usd.Stage, time: float | None, default_time: bool, report:
 
 def report_frame_outside(stage: Usd.Stage, frame: Usd.TimeCode, report: Report) -> None:
     """Note a frame outside of the stage's time codes, a slip perhaps, which USD reads all the same."""
-    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
-    if frame.IsDefault() or not stage.HasAuthoredTimeCodeRange() or start <= frame.GetValue() <= end:
+    codes = stage_time_range(stage)
+    if frame.IsDefault() or codes is None or codes[0] <= frame.GetValue() <= codes[1]:
         return
-    if start <= end:  # else there is no inside
-        message = (
-            f"a frame outside of startTimeCode {start:g} to endTimeCode {end:g}: drawn as time samples say or hold"
-        )
-        report.warn(OUTSIDE_RANGE, stage_name(stage), message)
+    message = (
+        f"a frame outside of startTimeCode {codes[0]:g} to endTimeCode {codes[1]:g}: drawn as time samples say or hold"
+    )
+    report.warn(OUTSIDE_RANGE, stage_name(stage), message)
+
+
+def stage_time_range(stage: Usd.Stage) -> tuple[float, float] | None:
+    """Return the first and the last time code that the stage names, None where it names no range."""
+    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    is_range = stage.HasAuthoredTimeCodeRange() and start <= end and math.isfinite(end - start)
+    return (start, end) if is_range else None
 
 
 def has_rate(stage: Usd.Stage) -> bool:
