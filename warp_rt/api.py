@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, replace
+from inspect import Parameter, signature
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -188,7 +189,7 @@ def render(
     from warp_rt.rendering.renderer import Renderer
     from warp_rt.rendering.shutter import render_frame
 
-    chosen = _options(options)
+    chosen = _options(options, render)
     if isinstance(scene, Scene):
         return Image(Renderer(scene, chosen, device=device).render(camera=camera), exposure=exposure, tonemap=tonemap)
     source = _open(scene, complexity, chosen, camera)
@@ -237,7 +238,7 @@ def render_series(
         raise OptionError("depth: a series has many; give depths instead")
     check_display(exposure, tonemap)
     loaded = scene if isinstance(scene, Scene) else load_scene(scene, time=time)
-    renderer = Renderer(loaded, _options(options), device=device)
+    renderer = Renderer(loaded, _options(options, render_series), device=device)
     films = [renderer.render(camera=camera, depth=depth) for depth in wanted]
     return make_series(wanted, films, exposure=exposure, tonemap=tonemap)
 
@@ -280,7 +281,7 @@ def trace_tree(
     from warp_rt.rendering.tree_pixel import check_pixel_of, check_request
 
     check_display(exposure, tonemap)
-    chosen = _options(options)
+    chosen = _options(options, trace_tree)
     samples = None if sample is None else (sample,)
     check_request((x, y), samples, chosen)
     loaded = scene if isinstance(scene, Scene) else _told(_open(scene, complexity, chosen, camera).scene(time))
@@ -308,10 +309,24 @@ def _told(scene: Scene) -> Scene:
     return scene
 
 
-def _options(given: dict[str, Any]) -> RenderOptions:
+def _options(given: dict[str, Any], call: Callable[..., Any]) -> RenderOptions:
+    """Return the options that a function of this file was given beside its own arguments.
+
+    Raises:
+        OptionError: One of them is none.
+    """
     known = [field.name for field in fields(RenderOptions)]
     for name in given:
-        if name not in known:
-            hint = near_matches(name, known) or f"; there are {', '.join(known)}"
-            raise OptionError(f"{name}: unknown option{hint}")
+        if name in known:
+            continue
+        if name in _keywords(load_scene):
+            raise OptionError(f"{name}: load_scene takes it, and {call.__name__} takes the scene that it returns")
+        all_known = [*known, *_keywords(call)]
+        hint = near_matches(name, all_known) or f"; there are {', '.join(all_known)}"
+        raise OptionError(f"{name}: unknown option{hint}")
     return RenderOptions(**given)
+
+
+def _keywords(call: Callable[..., Any]) -> list[str]:
+    """Return the names of a function's arguments that are given by name."""
+    return [name for name, parameter in signature(call).parameters.items() if parameter.kind is Parameter.KEYWORD_ONLY]

@@ -38,6 +38,8 @@ from warp_rt.options import PURPOSES, RenderOptions
         ({"bvh": ["sah"]}, "bvh: ['sah'] is none of sah, median"),
         ({"widht": 640}, "widht: unknown option; did you mean width?"),
         ({"rays": 4}, "rays: unknown option; there are width, height, spp"),
+        ({"camra": "Front"}, "camra: unknown option; did you mean camera?"),
+        ({"mask": ("/World",)}, "mask: load_scene takes it, and render takes the scene that it returns"),
     ],
 )
 def test_wrong_options_are_named(options: dict[str, Any], said: str) -> None:

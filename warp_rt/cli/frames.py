@@ -33,7 +33,7 @@ def parse_frames(spec: str) -> tuple[Fraction, ...]:
     for part in spec.replace(",", " ").split():
         match = _SPEC.fullmatch(part)
         if match is None:
-            raise OptionError(f"frames: {part!r} is none of 123, 101:105, 105:101, 101:109x2, 101:104x0.5")
+            raise OptionError(f"frames: {part!r} is written like none of 123, 101:105, 105:101, 101:109x2, 101:104x0.5")
         start = Fraction(match[1])
         end = Fraction(match[2] or match[1])
         if max(abs(start), abs(end)) > _MAX_FRAME:

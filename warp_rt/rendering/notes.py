@@ -47,7 +47,7 @@ def _view_notes(
     if has_extent and not options.light_samples:
         message = (
             "lights of some size and domes cast sharp shadows or none, and highlights are those of points: "
-            "light samples make both soft"
+            "light samples make both soft (--light-samples)"
         )
         yield Diagnostic("N907", source, message)
     if options.light_samples and not has_extent:
