@@ -455,6 +455,51 @@ def test_sources_are_those_that_usdshade_finds():
         assert ([found] if found else []) == expected
 
 
+WITHOUT_END = """
+def Material "M" {
+    float inputs:none
+    float inputs:on.connect = </M.inputs:none>
+    float inputs:broken = 0.4
+    float inputs:broken.connect = </M/Nothing.outputs:x>
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def NodeGraph "G" {
+        float inputs:a = 0.9
+        float inputs:a.connect = </M.inputs:none>
+        float outputs:a.connect = </M/G.inputs:a>
+        float outputs:held = 0.3
+    }
+    def Shader "S" {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness = 0.2
+        float inputs:roughness.connect = </M.inputs:none>
+        float inputs:metallic = 0.25
+        float inputs:metallic.connect = </M.inputs:on>
+        float inputs:clearcoat = 0.1
+        float inputs:clearcoat.connect = </M/G.outputs:a>
+        float inputs:ior = 1.7
+        float inputs:ior.connect = </M.inputs:broken>
+        float inputs:occlusion = 0.8
+        float inputs:occlusion.connect = </M/G.outputs:held>
+        float inputs:opacity.connect = </M.inputs:on>
+        token outputs:surface
+    }
+}
+"""
+
+
+def test_where_a_connection_ends_without_a_value_the_last_one_on_the_way_counts():
+    """As UsdShade has it: a shader keeps its own where the material's interface says nothing."""
+    stage = _stage(WITHOUT_END)
+    found = {}
+    for port in UsdShade.Shader(stage.GetPrimAtPath("/M/S")).GetInputs():
+        source = find_source(port, Report())
+        assert ([source] if source else []) == port.GetValueProducingAttributes()
+        found[port.GetBaseName()] = round(source.Get(), 6) if source else None
+    assert found == {
+        "roughness": 0.2, "metallic": 0.25, "clearcoat": 0.9, "ior": 0.4, "occlusion": 0.3, "opacity": None
+    }  # fmt: skip
+
+
 WRONG_SIZES = """
 def Mesh "Mesh" (apiSchemas = ["MaterialBindingAPI"]) {
     rel material:binding = </M>

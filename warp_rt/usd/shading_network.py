@@ -80,10 +80,9 @@ def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.A
         The attribute that holds a constant, the shader output that computes the value, or None: the default holds.
     """
     attribute = port.GetAttr()
-    start = attribute
-    visited = set()
+    visited: dict[Sdf.Path, Usd.Attribute] = {}
     while attribute.GetPath() not in visited:
-        visited.add(attribute.GetPath())
+        visited[attribute.GetPath()] = attribute
         sources, invalid = UsdShade.ConnectableAPI.GetConnectedSources(attribute)
         if invalid:
             is_there = bool(attribute.GetStage().GetObjectAtPath(invalid[0]))
@@ -92,9 +91,8 @@ def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.A
         if len(sources) > 1:
             message = f"connected to {len(sources)} sources: the first counts"
             report.warn(BROKEN_CONNECTION, attribute.GetPath(), message)
-        if not sources:
-            is_input = UsdShade.Input.IsInput(attribute)
-            return attribute if is_input and attribute.HasAuthoredValue() else None
+        if not sources:  # then the last one on the way that has a value counts
+            return next((held for held in reversed(visited.values()) if held.HasAuthoredValue()), None)
         source = sources[0]
         if source.sourceType == UsdShade.AttributeType.Output:
             if not source.source.IsContainer():
@@ -102,7 +100,7 @@ def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.A
             attribute = source.source.GetOutput(source.sourceName).GetAttr()
         else:
             attribute = source.source.GetInput(source.sourceName).GetAttr()
-    report.warn(BROKEN_CONNECTION, start.GetPath(), "connected in a cycle; the default is used")
+    report.warn(BROKEN_CONNECTION, port.GetAttr().GetPath(), "connected in a cycle; the default is used")
     return None
 
 
