@@ -864,6 +864,21 @@ def test_what_is_not_drawn_is_named_where_it_does_anything(model, needs, line):
     assert alone.endswith("UsdPreviewSurface" if needs else f", without {name}")
 
 
+@pytest.mark.parametrize(
+    ("model", "line", "name"),
+    [
+        ("ND_standard_surface_surfaceshader", "color3f inputs:base_colour = (1, 0, 0)", "inputs:base_colour"),
+        ("ND_standard_surface_surfaceshader", "color3f inputs:sheen_color = (1, 0, 0)", ""),
+        ("ND_gltf_pbr_surfaceshader", "float inputs:alpha_cutoff = 0.25", ""),
+        ("PxrSurface", "float inputs:glowGain = 1", "inputs:glowGain"),
+    ],
+)
+def test_inputs_that_an_approximation_knows_nothing_of_are_noted(model, line, name):
+    _, _, found = surface(model, line)
+    said = [f"the approximation has no {name}; ignored"] if name else []
+    assert [d.message for d in found if d.code == "N917"] == said
+
+
 def test_defaults_of_a_coat_that_are_not_drawn_are_named():
     _, _, found = surface("ND_open_pbr_surface_surfaceshader", "float inputs:coat_weight = 1")
     assert found[-1].message.endswith(", without coat_darkening, coat_ior")

@@ -8,10 +8,13 @@ diagnostic of such a material names where they are used. Defaults are those of t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 Color = tuple[float, float, float]
+
+CUTOFF = "alpha_cutoff"
+"""Input that coverage is held against."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,21 @@ class ForeignSurface:
     coverage: str = ""
     """Input that says how much of the surface is there: opacity in the mode presence, where it transmits nothing."""
     coverage_mode: str = ""
-    """Input that says what coverage does: 0 nothing, 1 it is held against ``alpha_cutoff``, 2 it counts; empty: 2."""
+    """Input that says what coverage does: 0 nothing, 1 it is held against ``CUTOFF``, 2 it counts; empty: 2."""
     reflectance: str = ""
     """Input that scales the reflectance at normal incidence."""
     lacks: Mapping[str, Loss] = field(default_factory=dict)
     """Inputs that UsdPreviewSurface has nothing for."""
+    details: Collection[str] = ()
+    """Inputs that do something only with some of those."""
+
+    @property
+    def names(self) -> set[str]:
+        """All inputs that are known."""
+        of_terms = {name for term in self.terms.values() for name in (term.name, term.weight)}
+        cutoff = {CUTOFF} if self.coverage_mode else set()
+        others = (self.normal, self.coverage, self.coverage_mode, self.reflectance)
+        return {*of_terms, *others, *cutoff, *self.lacks, *self.details}
 
     def default_of(self, name: str, otherwise: float) -> Color | float:
         """Return the default of an input that a term has; ``otherwise`` of any other."""
@@ -97,6 +110,11 @@ def _standard_surface(base: float, color: float) -> ForeignSurface:
             "coat_IOR": Loss(default=1.5, of="coat", same_as="specular_IOR"),
             "coat_normal": Loss(of="coat", same_as="normal"),
         },
+        details=(
+            *("specular_rotation", "coat_rotation", "tangent", "transmission_depth", "transmission_scatter_anisotropy"),
+            *("subsurface_color", "subsurface_radius", "subsurface_scale", "subsurface_anisotropy", "subsurface_type"),
+            *("sheen_color", "sheen_roughness", "thin_film_IOR"),
+        ),
     )
 
 
@@ -124,6 +142,7 @@ def _disney(base: float, roughness: float) -> ForeignSurface:
             "opacity": Term("specTrans", 0.0, is_complement=True),
         },
         lacks=_lost("anisotropic", "sheen", "specularTint", "subsurface", "flatness"),
+        details=("sheenTint", "subsurfaceDistance"),
     )
 
 
@@ -161,6 +180,12 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
             "coat_ior": Loss(default=1.6, of="coat_weight", same_as="specular_ior"),
             "geometry_coat_normal": Loss(of="coat_weight", same_as="geometry_normal"),
         },
+        details=(
+            *("transmission_scatter", "transmission_scatter_anisotropy", "transmission_dispersion_abbe_number"),
+            *("subsurface_color", "subsurface_radius", "subsurface_radius_scale", "subsurface_scatter_anisotropy"),
+            *("fuzz_color", "fuzz_roughness", "thin_film_thickness", "thin_film_ior"),
+            *("geometry_tangent", "geometry_coat_tangent"),
+        ),
     ),
     "ND_gltf_pbr_surfaceshader": ForeignSurface(
         {
@@ -183,6 +208,10 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
             "specular_color": Loss(1.0),
             "clearcoat_normal": Loss(of="clearcoat", same_as="normal"),
         },
+        details=(
+            *("sheen_roughness", "iridescence_ior", "iridescence_thickness", "attenuation_distance"),
+            *("attenuation_color", "anisotropy_rotation", "tangent"),
+        ),
     ),
     "ND_surface_unlit": ForeignSurface(
         {
@@ -193,6 +222,7 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
         },
         coverage="opacity",
         lacks=_lost("transmission"),
+        details=("transmission_color",),
     ),
     "arnold:lambert": _diffuse("Kd_color", 1.0, "Kd", 0.8),
     "mitsuba_diffuse": _diffuse("reflectance", 0.5),

@@ -13,10 +13,10 @@ from pxr import Sdf, Usd, UsdShade
 from warp_rt.report import Report
 from warp_rt.scene import NormalFrame, OpacityMode
 from warp_rt.usd.attribute_values import numbers
-from warp_rt.usd.foreign_shaders import Color, ForeignSurface, Loss, Term
+from warp_rt.usd.foreign_shaders import CUTOFF, Color, ForeignSurface, Loss, Term
 from warp_rt.usd.normal_networks import frame_of
 from warp_rt.usd.preview_signals import ONE, PreviewSignals, in_specular_workflow
-from warp_rt.usd.shading_network import Node, find_source, read_numbers, warn_type
+from warp_rt.usd.shading_network import Node, find_source, note_unknown_inputs, read_numbers, warn_type
 from warp_rt.usd.signal_reader import UNKNOWN_NODE
 from warp_rt.usd.signals import DoesNotFold, Signal, add, multiply
 from warp_rt.usd.surface_inputs import InputReader
@@ -44,6 +44,7 @@ class ForeignReader:
             surface: What its inputs mean.
             material: The material's prim.
         """
+        note_unknown_inputs(shader, "the approximation", surface.names, self._report)
         lost = [name for name, loss in surface.lacks.items() if self._is_used(shader, surface, name, loss)]
         inputs: dict[str, Signal] = {}
         paths: dict[str, Sdf.Path] = {}
@@ -111,7 +112,7 @@ class ForeignReader:
     def _threshold(self, shader: UsdShade.Shader, surface: ForeignSurface) -> float:
         if not surface.coverage_mode or self._number(shader, surface.coverage_mode, 0.0) != _GLTF_MASK:
             return 0.0
-        return max(self._number(shader, "alpha_cutoff", 0.5), float(np.finfo(np.float32).tiny))
+        return max(self._number(shader, CUTOFF, 0.5), float(np.finfo(np.float32).tiny))
 
     def _number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
         found = read_numbers(shader, name, (1,), self._time, self._report)
