@@ -77,6 +77,24 @@ def test_a_coat_over_what_reflects_is_the_clearcoat():
     expected = np.abs((1 - (n - 1j * k)) / (1 + (n - 1j * k))) ** 2
     np.testing.assert_allclose(value(material, "specularColor"), expected, rtol=1e-6)
     np.testing.assert_allclose(value(material, "roughness"), 0.5)
+    np.testing.assert_allclose(value(material, "ior"), 1.5)  # the coat's, of which a metal says nothing
+
+
+@pytest.mark.parametrize(
+    ("coat", "base", "ior", "lost"),
+    [
+        ((scalar("ior", 1.8),), (), 1.8, ""),
+        ((scalar("ior", 1.8),), ('string inputs:scatter_mode = "RT"',), 1.33, "the index of refraction of its coat"),
+        ((color("tint", 1.0, 0.5, 0.5),), (), 1.5, "the tint of its coat"),
+    ],
+)
+def test_a_coat_has_its_own_index_where_nothing_is_refracted(coat, base, ior, lost):
+    nodes = surface(wire("bsdf", "C")) + node("C", "layer_bsdf", wire("top", "K"), wire("base", "G"))
+    nodes += node("K", "dielectric_bsdf", *coat) + node("G", "dielectric_bsdf", scalar("ior", 1.33), *base)
+    material, told, _ = read_material(nodes)
+    np.testing.assert_allclose(value(material, "ior"), ior, rtol=1e-6)
+    np.testing.assert_allclose(value(material, "specularColor"), (0.33 / 2.33) ** 2, rtol=1e-5)
+    assert [message for _, message in told][-1].endswith(f", without {lost}" if lost else "UsdPreviewSurface")
 
 
 def test_an_artistic_conductor_reflects_its_colour():

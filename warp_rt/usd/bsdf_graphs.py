@@ -75,6 +75,12 @@ def _reflectance(ior: np.ndarray, extinction: np.ndarray | float = 0.0) -> np.nd
     return np.asarray(((ior - 1) ** 2 + k2) / ((ior + 1) ** 2 + k2))
 
 
+def _is_white(coat: _Lobe) -> bool:
+    """Return whether a coat reflects all colours as its index of refraction says."""
+    ior, color = coat.ior.value if coat.ior else None, coat.color.value
+    return ior is not None and color is not None and np.allclose(color, _reflectance(np.array(ior[0])), rtol=1e-3)
+
+
 class BsdfReader:
     """Reads surfaces that are graphs of BSDFs.
 
@@ -112,11 +118,16 @@ class BsdfReader:
             "specularColor": self._sum(mirrors, surface),
             "emissiveColor": emission,
             "roughness": mirrors[0].roughness if mirrors else ONE,
-            "ior": next((lobe.ior for lobe in (*clear, *mirrors) if lobe.ior), ONE),
+            # That of the base is in its reflectance.
+            "ior": next((lobe.ior for lobe in (*clear, *coats, *mirrors) if lobe.ior), ONE),
         }
         if coats:
             found["clearcoat"] = coats[0].weight
             found["clearcoatRoughness"] = coats[0].roughness
+            if clear and coats[0].ior and coats[0].ior.key != found["ior"].key:
+                graph.lost["the index of refraction of its coat"] = None
+            if not _is_white(coats[0]):
+                graph.lost["the tint of its coat"] = None
         if len(mirrors) > 1 or len(coats) > 1:
             graph.lost["the roughness of each of its reflections"] = None
         mode = OpacityMode.TRANSPARENT
