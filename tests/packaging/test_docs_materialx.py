@@ -80,6 +80,8 @@ def test_inputs_of_surfaces_become_what_the_table_says(column: int) -> None:
     coverage = said.pop("`opacity`, presence, where nothing is transmitted")
     assert coverage == [name for name in (surface.coverage, surface.coverage_mode) if name]
     assert said.pop("reflectance head on, by an `ior` that gives it") == [surface.reflectance]
+    coat = said.pop(next(name for name in said if name.startswith("reflectance of the coat")))
+    assert coat == [name for name in (surface.coat_ior,) if name]
     said["`opacity`"] = said.pop("`opacity`, transparent")
     expected = {
         f"`{name}`": [part for part in (term.weight, term.name) if part] for name, term in surface.terms.items()

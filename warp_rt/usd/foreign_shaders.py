@@ -58,6 +58,9 @@ class ForeignSurface:
     """Input that says what coverage does: 0 nothing, 1 it is held against ``CUTOFF``, 2 it counts; empty: 2."""
     reflectance: str = ""
     """Input that scales the reflectance at normal incidence."""
+    coat_ior: str = ""
+    """Input that is the index of refraction of the coat."""
+    coat_ior_default: float = 1.5
     lacks: Mapping[str, Loss] = field(default_factory=dict)
     """Inputs that UsdPreviewSurface has nothing for."""
     details: Collection[str] = ()
@@ -68,7 +71,7 @@ class ForeignSurface:
         """All inputs that are known."""
         of_terms = {name for term in self.terms.values() for name in (term.name, term.weight)}
         cutoff = {CUTOFF} if self.coverage_mode else set()
-        others = (self.normal, self.coverage, self.coverage_mode, self.reflectance)
+        others = (self.normal, self.coverage, self.coverage_mode, self.reflectance, self.coat_ior)
         return {*of_terms, *others, *cutoff, *self.lacks, *self.details}
 
     def default_of(self, name: str, otherwise: float) -> Color | float:
@@ -97,6 +100,7 @@ def _standard_surface(base: float, color: float) -> ForeignSurface:
         normal="normal",
         coverage="opacity",
         reflectance="specular",
+        coat_ior="coat_IOR",
         lacks={
             **_lost("diffuse_roughness", "specular_anisotropy", "subsurface", "sheen", "thin_film_thickness"),
             **_lost(
@@ -107,7 +111,6 @@ def _standard_surface(base: float, color: float) -> ForeignSurface:
             "specular_color": Loss(1.0),
             "transmission_color": Loss(1.0, of="transmission"),
             "coat_color": Loss(1.0, of="coat"),
-            "coat_IOR": Loss(default=1.5, of="coat", same_as="specular_IOR"),
             "coat_normal": Loss(of="coat", same_as="normal"),
         },
         details=(
@@ -167,6 +170,8 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
         normal="geometry_normal",
         coverage="geometry_opacity",
         reflectance="specular_weight",
+        coat_ior="coat_ior",
+        coat_ior_default=1.6,
         lacks={
             **_lost("base_diffuse_roughness", "specular_roughness_anisotropy", "subsurface_weight", "fuzz_weight"),
             **_lost("thin_film_weight"),
@@ -177,7 +182,6 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
             "transmission_color": Loss(1.0, of="transmission_weight"),
             "coat_color": Loss(1.0, of="coat_weight"),
             "coat_darkening": Loss(default=1.0, of="coat_weight"),
-            "coat_ior": Loss(default=1.6, of="coat_weight", same_as="specular_ior"),
             "geometry_coat_normal": Loss(of="coat_weight", same_as="geometry_normal"),
         },
         details=(

@@ -74,8 +74,9 @@ class ForeignReader:
                 frame = frame_of(shader.GetInput(surface.normal), self._report)
                 paths["normal"] = shader.GetInput(surface.normal).GetAttr().GetPath()
         found = PreviewSignals(inputs, paths, opacity_mode=mode, opacity_threshold=threshold, normal_frame=frame)
-        if surface.reflectance:
-            found = _with_reflectance(found, self._number(shader, surface.reflectance, 1.0), lost)
+        weight = self._number(shader, surface.reflectance, 1.0) if surface.reflectance else 1.0
+        coat_ior = self._coat_ior(shader, surface, found, lost)
+        found = _with_reflectance(found, weight if weight >= 0.0 else 1.0, coat_ior, lost)
         without = f", without {', '.join(lost)}" if lost else ""
         message = f"the surface {shader.GetShaderId()!r} is approximated by a UsdPreviewSurface{without}"
         self._report.warn(APPROXIMATED_SURFACE, shader.GetPath(), message)
@@ -114,6 +115,20 @@ class ForeignReader:
             return 0.0
         return max(self._number(shader, CUTOFF, 0.5), float(np.finfo(np.float32).tiny))
 
+    def _coat_ior(
+        self, shader: UsdShade.Shader, surface: ForeignSurface, found: PreviewSignals, lost: list[str]
+    ) -> float | None:
+        """Return a coat's index of refraction; None where it has none but the surface's, or, told, it is lost."""
+        if not surface.coat_ior or found.get("clearcoat").value == (0.0,):
+            return None
+        index, ior = self._number(shader, surface.coat_ior, surface.coat_ior_default), found.get("ior").value
+        if index <= 0.0 or (ior is not None and math.isclose(index, ior[0], rel_tol=1e-6)):
+            return None
+        if _transmits(found) or found.get("metallic").value is None:
+            lost.append(surface.coat_ior)
+            return None
+        return index
+
     def _number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
         found = read_numbers(shader, name, (1,), self._time, self._report)
         return found[0] if found else default
@@ -146,17 +161,32 @@ class ForeignReader:
         return isinstance(self._said(shader, name, 0.0), Sdf.Path)
 
 
-def _with_reflectance(surface: PreviewSignals, weight: float, lost: list[str]) -> PreviewSignals:
+def _transmits(surface: PreviewSignals) -> bool:
+    return surface.opacity_mode == OpacityMode.TRANSPARENT and surface.get("opacity").value != ONE.value
+
+
+def _with_reflectance(
+    surface: PreviewSignals, weight: float, coat_ior: float | None, lost: list[str]
+) -> PreviewSignals:
     """Return a surface whose reflectance head on, ((1 - ior) / (1 + ior))^2, is scaled; metals have another.
 
-    Another index of refraction does it, unless a coat has that one too, or rays are bent by it.
+    Another index of refraction does it, unless a coat has that one too, or rays are bent by it: then the specular
+    workflow, in which it is the coat's alone where nothing is transmitted.
+
+    Args:
+        surface: The surface.
+        weight: At least 0.
+        coat_ior: Index of refraction of the coat; None: the surface's.
+        lost: Gets the names of inputs that cannot be told so.
     """
-    if weight == 1.0 or weight < 0.0:
+    if weight == 1.0 and coat_ior is None:
         return surface
-    is_bent = surface.opacity_mode == OpacityMode.TRANSPARENT and surface.get("opacity").value != ONE.value
     ior = surface.get("ior").value
-    if is_bent or ior is None or surface.get("clearcoat").value != (0.0,):
-        is_metal = surface.get("metallic").value == ONE.value
-        return surface if is_metal else in_specular_workflow(surface, lost, weight)
-    r = min(math.sqrt(weight) * abs((1.0 - ior[0]) / (1.0 + ior[0])), 0.999)
-    return replace(surface, inputs={**surface.inputs, "ior": Signal.constant(((1.0 + r) / (1.0 - r),))})
+    if ior is not None and not _transmits(surface) and surface.get("clearcoat").value == (0.0,):
+        r = min(math.sqrt(weight) * abs((1.0 - ior[0]) / (1.0 + ior[0])), 0.999)
+        return replace(surface, inputs={**surface.inputs, "ior": Signal.constant(((1.0 + r) / (1.0 - r),))})
+    if surface.get("metallic").value != ONE.value:
+        surface = in_specular_workflow(surface, lost, weight)
+    if coat_ior is None:
+        return surface
+    return replace(surface, inputs={**surface.inputs, "ior": Signal.constant((coat_ior,))})
