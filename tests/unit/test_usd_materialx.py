@@ -802,6 +802,13 @@ def test_the_specular_weight_is_none_of_a_metals():
     assert (material.use_specular_workflow, material.inputs["ior"].value[0]) == (False, 1.75)
 
 
+def test_a_coat_of_gltf_has_an_index_of_its_own():
+    body = "float inputs:metallic = 0\nfloat inputs:ior = 2\nfloat inputs:clearcoat = 1"
+    material, _, _ = surface("ND_gltf_pbr_surfaceshader", body)
+    assert material.inputs["ior"].value[0] == 1.5
+    np.testing.assert_allclose(material.inputs["specularColor"].value[:3], 1 / 9, rtol=1e-6)
+
+
 def test_a_coat_has_its_own_index():
     """OpenPBR's is 1.6 where nothing is said, over a base of 1.5."""
     material, _, found = surface("ND_open_pbr_surface_surfaceshader", "float inputs:coat_weight = 1")

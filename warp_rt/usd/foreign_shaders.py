@@ -59,8 +59,9 @@ class ForeignSurface:
     reflectance: str = ""
     """Input that scales the reflectance at normal incidence."""
     coat_ior: str = ""
-    """Input that is the index of refraction of the coat."""
-    coat_ior_default: float = 1.5
+    """Input that is the index of refraction of the coat; empty: none, it is ``coat_ior_default``."""
+    coat_ior_default: float | None = None
+    """None: the coat has the surface's."""
     lacks: Mapping[str, Loss] = field(default_factory=dict)
     """Inputs that UsdPreviewSurface has nothing for."""
     details: Collection[str] = ()
@@ -101,6 +102,7 @@ def _standard_surface(base: float, color: float) -> ForeignSurface:
         coverage="opacity",
         reflectance="specular",
         coat_ior="coat_IOR",
+        coat_ior_default=1.5,
         lacks={
             **_lost("diffuse_roughness", "specular_anisotropy", "subsurface", "sheen", "thin_film_thickness"),
             **_lost(
@@ -207,6 +209,7 @@ _FOREIGN: Mapping[str, ForeignSurface] = {
         coverage="alpha",
         coverage_mode="alpha_mode",
         reflectance="specular",
+        coat_ior_default=1.5,
         lacks={
             **_lost("sheen_color", "iridescence", "thickness", "dispersion", "anisotropy_strength"),
             "specular_color": Loss(1.0),

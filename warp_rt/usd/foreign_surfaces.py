@@ -119,13 +119,15 @@ class ForeignReader:
         self, shader: UsdShade.Shader, surface: ForeignSurface, found: PreviewSignals, lost: list[str]
     ) -> float | None:
         """Return a coat's index of refraction; None where it has none but the surface's, or, told, it is lost."""
-        if not surface.coat_ior or found.get("clearcoat").value == (0.0,):
+        index, ior = surface.coat_ior_default, found.get("ior").value
+        if index is None or found.get("clearcoat").value == (0.0,):
             return None
-        index, ior = self._number(shader, surface.coat_ior, surface.coat_ior_default), found.get("ior").value
+        if surface.coat_ior:
+            index = self._number(shader, surface.coat_ior, index)
         if index <= 0.0 or (ior is not None and math.isclose(index, ior[0], rel_tol=1e-6)):
             return None
         if _transmits(found) or found.get("metallic").value is None:
-            lost.append(surface.coat_ior)
+            lost.append(surface.coat_ior or "the coat's index of refraction")
             return None
         return index
 
