@@ -194,13 +194,20 @@ def test_a_low_or_long_scene_is_looked_at_from_a_corner(up_axis, high, azimuth):
     )
 
 
-@pytest.mark.parametrize("aspect", [0.5, 1, 2])
-def test_a_box_seen_from_a_corner_fills_the_picture(aspect):
-    camera = frame_scene(_scene([0, 0, 0], [12, 2, 8]), aspect=aspect)
-    corners = np.array([[*corner, 1] for corner in itertools.product((0, 12), (0, 2), (0, 8))], float)
+@pytest.mark.parametrize("aspect", [0, 0.5, 1, 2, 5])
+@pytest.mark.parametrize(
+    ("up_axis", "high"), [("Y", (12, 2, 8)), ("Y", (1, 1.5, 10)), ("Z", (10, 10, 1)), ("Z", (1, 10, 1.5))]
+)
+def test_a_box_seen_from_a_corner_reaches_across_the_picture_or_up_it(up_axis, high, aspect):
+    """From one edge to the other, but for a margin of a twentieth: no eye that looks this way may be nearer."""
+    camera = frame_scene(_scene([0, 0, 0], high, up_axis), aspect=aspect)
+    corners = np.array([[*corner, 1] for corner in itertools.product(*zip((0, 0, 0), high, strict=True))], float)
     local = corners @ np.linalg.inv(camera.world_from_camera).T
-    reach = np.abs(local[:, :2] / -local[:, 2:3]) / np.array([camera.window[1], camera.window[3]])
-    assert 0.9 < reach.max() < 1
+    reach = local[:, :2] / -local[:, 2:3] / np.array([camera.window[1], camera.window[3]])
+    least, most = reach.min(axis=0), reach.max(axis=0)
+    full = np.argmax(most - least)
+    assert (-least[full], most[full]) == pytest.approx((1 / 1.05, 1 / 1.05))
+    assert (-least[1 - full], most[1 - full]) < (1 / 1.05, 1 / 1.05)
 
 
 def test_what_stands_on_a_floor_is_told_from_it():

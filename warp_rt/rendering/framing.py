@@ -33,9 +33,10 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, as_usdrecord: bool = False
     camera's picture. Five departures: the camera steps back from a scene so high that its box would reach beyond the
     picture's upper edge; it does not step back from a small one for the sake of a near plane, which it lacks; a box
     whose top or right face has more than twice the area of its front is looked at from a corner, 35 degrees above and
-    30 to the right or, where the right face is the largest, 60, and fills the picture; one that is flat along its up
-    axis, of which usdrecord's camera would see an edge thinner than a pixel, straight from above, and one that is flat
-    along its right axis straight from there; and an empty scene is framed like a cube of side 2 about the origin.
+    30 to the right or, where the right face is the largest, 60, from as near as shows all of it, but for a margin; one
+    that is flat along its up axis, of which usdrecord's camera would see an edge thinner than a pixel, straight from
+    above, and one that is flat along its right axis straight from there; and an empty scene is framed like a cube of
+    side 2 about the origin.
 
     Args:
         scene: Its bounds and its up axis count.
@@ -60,27 +61,32 @@ def frame_scene(scene: Scene, *, aspect: float = 0.0, as_usdrecord: bool = False
     if not as_usdrecord:
         to_face = max(to_face, float(size @ np.abs(axes[1])) / 2 / half_height)
     distance = to_face + float(size @ np.abs(axes[2])) / 2
+    across = np.zeros(2)
     if np.count_nonzero(axes) > 3:  # not along an axis of the box
-        distance = _MARGIN * _least_distance(axes, size, half_width, half_height)
+        across, distance = _nearest_eye(axes, size, np.array([half_width, half_height]) / _MARGIN)
     if distance == 0 or (as_usdrecord and distance < _NEAR):
         distance += _NEAR
     matrix = np.eye(4)
     matrix[:3, :3] = axes.T
-    matrix[:3, 3] = center + distance * axes[2]
+    matrix[:3, 3] = center + np.append(across, distance) @ axes
     return Camera(_PATH, matrix, (-half_width, half_width, -half_height, half_height))
 
 
-def _least_distance(axes: np.ndarray, size: np.ndarray, half_width: float, half_height: float) -> float:
-    """Return from how far an eye sees all of a box, between its centre and the eye.
+def _nearest_eye(axes: np.ndarray, size: np.ndarray, half_size: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return where an eye is that sees all of a box from as near as can be: to the right and up, and back.
+
+    Counted from the box's centre. Each side of the view is a plane that the box lies behind; two that face each other
+    meet where the eye may be at the nearest.
 
     Args:
         axes: Of the view: right, up and back.
         size: Extents of the box along the world's axes.
-        half_width: Tangent of half the angle of view; so too ``half_height``.
+        half_size: Tangents of half the angles of view, across and up.
     """
     corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * size
-    x, y, z = axes @ corners.T
-    return float((z + np.maximum(np.abs(x) / half_width, np.abs(y) / half_height)).max())
+    across, back = axes[:2] @ corners.T / half_size[:, None], axes[2] @ corners.T
+    high, low = (back + across).max(axis=1), (back - across).max(axis=1)
+    return half_size * (high - low) / 2, float((high + low).max() / 2)
 
 
 def _view(front: np.ndarray, size: np.ndarray, *, may_be_oblique: bool) -> np.ndarray:
