@@ -355,6 +355,11 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         .replace(SPHERE_ST, QUAD + "\nfloat[] primvars:st = [0.5]"),
         {"/M"},
     ),
+    "W513": ('def Sphere "s" { rel radius = </s> }', {"/s.radius"}),
+    "N944": (
+        'def Sphere "s" { uniform token[] xformOpOrder.timeSamples = { 0: ["!resetXformStack!"]\n} }',
+        {"/s.xformOpOrder"},
+    ),
     "N936": (
         'def Points "p" { point3f[] points = [(0, 0, 0)]\nfloat[] widths = [1]\nvector3f[] velocities = [(1, 0, 0)]\n}',
         {"/p"},

@@ -134,6 +134,8 @@ def test_check_prints_each_diagnostic_and_strict_exits_3(stage, capfd):
     assert main(["check", "wall.usda", "--json"]) == 0
     report = json.loads(capfd.readouterr().out)
     assert len(report["diagnostics"]) == out.count("\n")
+    assert main(["check", "wall.usda", "--light-samples", "4", "-v"]) == 0
+    assert capfd.readouterr().err.endswith("wall.usda: 1 warning, 2 notes\n")
     assert report["warnings"] == sum(line.startswith("W") for line in out.splitlines()) == 1
 
 

@@ -214,3 +214,13 @@ def test_tokens_that_the_schema_does_not_have_are_named(body: str) -> None:
     assert [record.code for record in report] == ["W114"]
     assert shape.key == expected.key
     np.testing.assert_array_equal(shape.local_from_unit, expected.local_from_unit)
+
+
+@pytest.mark.parametrize("kind", ["Sphere", "Cube"])
+def test_what_has_no_axis_is_not_turned(kind: str) -> None:
+    """By the schema: only Capsule, Cone, Cylinder and Plane have an axis."""
+    plain, _, _ = read(kind)
+    for axis in ("X", "up"):
+        turned, report, _ = read(kind, f'uniform token axis = "{axis}"')
+        np.testing.assert_array_equal(turned.local_from_unit, plain.local_from_unit)
+        assert len(report) == 0  # the walk tells that it has none

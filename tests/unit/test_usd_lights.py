@@ -253,6 +253,7 @@ def test_distant_lights_are_not_shaped():
         assert light.profile is None
         assert codes == ["N919"]
         assert _read(f'def DomeLight "L" {{\n{shaping}\n}}')[1] == ["N919"]
+    assert _read('def DistantLight "L" { float inputs:shaping:focus = None\n}')[1] == []  # blocked: nothing is said
 
 
 @pytest.mark.parametrize(

@@ -318,6 +318,7 @@ def Material "M" {
         ("rel material:binding:preview = </Gone>", DISPLAY_COLOR_MATERIAL),
         ("rel material:binding = </M/S>", DISPLAY_COLOR_MATERIAL),
         ("rel material:binding = [</M>, </N>]", DISPLAY_COLOR_MATERIAL),
+        ("rel material:binding = </M.outputs:surface>", DISPLAY_COLOR_MATERIAL),
         # Those that do not count, as another precedes them, do no harm.
         ("rel material:binding:preview = </Gone>\nrel material:binding = </M>", None),
     ],

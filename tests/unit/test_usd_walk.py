@@ -588,6 +588,14 @@ def test_operations_that_are_not_in_the_order_do_not_count_and_are_noted() -> No
     }
 
 
+def test_operations_that_would_move_nothing_are_not_noted() -> None:
+    ops = (
+        "double3 xformOp:translate = (0, 0, 0)\nfloat3 xformOp:scale = (1, 1, 1)\nquatf xformOp:orient = (1, 0, 0, 0)\n"
+    )
+    scene = load(f'def Mesh "a" {{ {TRIANGLE} {ops} }}\ndef Mesh "b" {{ {TRIANGLE} {ops}float xformOp:rotateX = 9\n}}')
+    assert [(record.prim, record.message.count("xformOp:")) for record in scene.diagnostics] == [("/b", 1)]
+
+
 @pytest.mark.parametrize(
     ("schema", "code"), [("LODRootAPI", ""), ("VisibilityAPI", ""), ("ColorSpaceAPI", ""), ("ModelAPI", "")]
 )

@@ -63,8 +63,13 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
             terminal.data(one_line(record) + ("" if frame == shots[0].time else f" (from frame {frame:g} on)"))
     if args.strict:
         refuse_warnings(args.scene, found, are_told=True)
-    terminal.info(f"{args.scene}: {warning_count} warning{'' if warning_count == 1 else 's'}")
+    counts = (_counted(warning_count, "warning"), _counted(len(found) - warning_count, "note"))
+    terminal.info(f"{args.scene}: {', '.join(counts)}")
     return 0
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _foreseen(

@@ -89,7 +89,7 @@ def bound_material(prim: Usd.Prim, purposes: Sequence[str]) -> tuple[UsdShade.Ma
         found = general
         if purpose or found is None:
             # USD takes what is bound without a purpose where nothing is for this one.
-            found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+            found = _computed(prim, purpose)
         if not found[1]:
             general = UsdShade.Material(), None
         elif purpose_of(found[1].GetName()) == purpose:
@@ -97,6 +97,13 @@ def bound_material(prim: Usd.Prim, purposes: Sequence[str]) -> tuple[UsdShade.Ma
         else:
             general = found
     return UsdShade.Material(), None
+
+
+def _computed(prim: Usd.Prim, purpose: str) -> tuple[UsdShade.Material, Usd.Relationship | None]:
+    try:
+        return UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+    except Tf.ErrorException:  # what should be a binding is an attribute
+        return UsdShade.Material(), None
 
 
 def purpose_of(name: str) -> str:

@@ -23,6 +23,8 @@ from warp_rt.usd.questions import get_type_name
 TYPES = ("Sphere", "Cube", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane")
 BAD_SIZE = "W140"
 
+_WITHOUT_AXIS = ("Sphere", "Cube")
+
 # Columns: where local x, y and z point. Cyclic, so that no axis mirrors.
 _AXES = {
     "X": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
@@ -52,7 +54,7 @@ def read_shape(prim: Usd.Prim, time: Usd.TimeCode, report: Report) -> Shape | No
     # A negative size has no meaning of its own; its magnitude keeps the shape from being turned inside out.
     sizes = {name: abs(size) for name, size in signed.items()}
     has_sizes = all(math.isfinite(size) for size in sizes.values())
-    axis = attributes.token("axis", "Z", tuple(_AXES))
+    axis = attributes.token("axis", "Z", tuple(_AXES)) if kind not in _WITHOUT_AXIS else "Z"
     is_left_handed = attributes.token("orientation", ORIENTATIONS[0], ORIENTATIONS) == "leftHanded"
     key, scale = _unit_shape(kind, axis, sizes) if has_sizes else _NOTHING
     if not min(scale) > 0:

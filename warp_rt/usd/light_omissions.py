@@ -37,7 +37,7 @@ def report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) 
     portals = prim.GetRelationship("portals")
     if portals and portals.GetTargets():
         report.warn(IGNORED_PORTALS, path, "portals are not supported; the dome shines from everywhere")
-    shaping = prim.GetAuthoredPropertiesInNamespace("inputs:shaping")
+    shaping = [item for item in prim.GetAuthoredPropertiesInNamespace("inputs:shaping") if _has_value(item)]
     if get_type_name(prim) in (*DOMES, "DistantLight") and shaping:
         names = ", ".join(str(attribute.GetName()) for attribute in shaping)
         report.warn(NO_SHAPING, path, f"{names}: light from infinitely far is not shaped")
@@ -57,8 +57,12 @@ def report_ignored(prim: Usd.Prim, attributes: AttributeReader, report: Report) 
         report.warn(INPUTS_WITHOUT_EFFECT, path, "inputs:normalize: a dome has no area to divide by; ignored")
     for name in sorted(old_names(prim.GetPrimDefinition())):
         attribute = prim.GetAttribute(name)
-        if attribute and (attribute.HasAuthoredValue() or attribute.HasAuthoredConnections()):
+        if attribute and _has_value(attribute):
             report.warn(OLD_ATTRIBUTE, attribute.GetPath(), f"is ignored; today's schema calls it inputs:{name}")
+
+
+def _has_value(item: Usd.Property) -> bool:
+    return isinstance(item, Usd.Attribute) and (item.HasAuthoredValue() or item.HasAuthoredConnections())
 
 
 def _input_names(prim: Usd.Prim) -> set[str]:

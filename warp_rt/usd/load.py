@@ -240,6 +240,8 @@ def _readable(path_or_stage: str | os.PathLike[str] | Usd.Stage) -> Iterator[Non
         raise LimitError(f"{name}: {error}") from error
     except UnicodeDecodeError as error:
         raise SceneError(f"{name}: the file is damaged: it holds text that is not UTF-8") from error
+    except Tf.ErrorException as error:
+        raise SceneError(f"{name}: USD cannot read it: {error_text(error)}") from error
 
 
 def _report_settings(

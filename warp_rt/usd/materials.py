@@ -279,8 +279,8 @@ class MaterialReader:
         for target in relationship.GetForwardedTargets():
             if target.IsPrimPath() and not UsdShade.Material(self._stage.GetPrimAtPath(target)):
                 is_left_out = is_outside_mask(self._stage, target)
-                why = "which the mask leaves out" if is_left_out else "which is no material"
                 code = OUTSIDE_MASK if is_left_out else DANGLING_BINDING
+                why = "which the mask leaves out" if is_left_out else _why_no_material(self._stage, target)
                 message = f"is bound to {target}, {why}; displayColor is shown"
                 self._report.warn(code, relationship.GetPrim().GetPath(), message)
 
@@ -292,12 +292,22 @@ class MaterialReader:
                 if binding.name.startswith(_MATERIAL) and len(binding.targets) > 1:
                     message = f"{binding.name} names {len(binding.targets)} materials and not one: it does not count"
                     self._report.warn(DANGLING_BINDING, prim.GetPath(), message)
+                elif binding.name.startswith(_MATERIAL) and not all(map(Sdf.Path.IsPrimPath, binding.targets)):
+                    message = f"{binding.name} names {binding.targets[0]}, which is no prim: it does not count"
+                    self._report.warn(DANGLING_BINDING, prim.GetPath(), message)
             elif len(binding.targets) != 2 or len(collections) != 1:
                 message = f"{binding.name} does not name one collection and one material: it does not count"
                 self._report.warn(DANGLING_BINDING, binding.holder, message)
             elif not Usd.CollectionAPI.Get(self._stage, collections[0]):
                 message = f"{binding.name} names {collections[0]}, which is no collection: it does not count"
                 self._report.warn(DANGLING_BINDING, binding.holder, message)
+
+
+def _why_no_material(stage: Usd.Stage, target: Sdf.Path) -> str:
+    prim = stage.GetPrimAtPath(target)
+    if not prim:
+        return "where there is no prim"
+    return f"which is {prim.GetTypeName() or 'a prim without a type'} and no material"
 
 
 def _display_color_material() -> Material:

@@ -95,7 +95,7 @@ def _note_idle(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) ->
     speeds = float_rows(prim.GetAttribute(name).Get(time))
     if speeds is not None and speeds.any():
         what = " or ".join(carried for carried, carrier in _carried(prim) if carrier == name)
-        message = f"{name} carry nothing: they have not the time samples of {what}, or not as many elements"
+        message = f"{name} carry nothing: not as many, or not with samples at the same times, as {what}"
         report.warn(IDLE_VELOCITIES, prim.GetPath(), message)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
-from pxr import Usd, UsdGeom, UsdSemantics
+from pxr import Usd, UsdGeom, UsdSemantics, Vt
 
 from warp_rt.report import Report
 from warp_rt.usd.lights import is_light
@@ -124,6 +124,6 @@ def read_labels(prim: Usd.Prim, schemas: Sequence[str], time: Usd.TimeCode) -> d
         return found
     for taxonomy in UsdSemantics.LabelsAPI.GetDirectTaxonomies(prim):
         labels = UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get(time)
-        if labels:
+        if isinstance(labels, Vt.TokenArray | Vt.StringArray) and labels:
             found[str(taxonomy)] = tuple(str(label) for label in labels)
     return found

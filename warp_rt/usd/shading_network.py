@@ -13,7 +13,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pxr import Sdf, Usd, UsdShade
+from pxr import Sdf, Tf, Usd, UsdShade
 
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import how_many, numbers, shown
@@ -83,7 +83,11 @@ def find_source(port: UsdShade.Input | UsdShade.Output, report: Report) -> Usd.A
     visited: dict[Sdf.Path, Usd.Attribute] = {}
     while attribute.GetPath() not in visited:
         visited[attribute.GetPath()] = attribute
-        sources, invalid = UsdShade.ConnectableAPI.GetConnectedSources(attribute)
+        try:
+            sources, invalid = UsdShade.ConnectableAPI.GetConnectedSources(attribute)
+        except Tf.ErrorException:
+            report.warn(BROKEN_CONNECTION, attribute.GetPath(), "is a relationship and not an attribute; ignored")
+            return None
         if invalid:
             is_there = bool(attribute.GetStage().GetObjectAtPath(invalid[0]))
             why = "is no input or output" if is_there else "does not exist"

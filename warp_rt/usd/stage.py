@@ -171,8 +171,9 @@ def captured_warnings(report: Report) -> Iterator[None]:
             trap.Clear()
     found = []
     for text in sorted(set(texts)):
-        path = re.search(r"[<(](/[^<>()]*)[>)]", text)
-        found.append((USD_WARNING, path.group(1) if path else "USD", text, _PARTICULARS.sub("", text)))
+        place = re.search(r"[<(](/[^<>()]*)[>)]|@([^@]+)@", text)
+        where = place.group(1) or place.group(2) if place else "USD"
+        found.append((USD_WARNING, where, f"USD says: {text}", _PARTICULARS.sub("", text)))
     _report_once(found, report)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, Vt
+from pxr import Gf, Tf, Usd, UsdGeom, Vt
 
 from warp_rt.report import Report
 from warp_rt.usd.attribute_values import shown
@@ -100,11 +100,18 @@ class TransformReader:
         for operation in missing:
             self._report.warn(BAD_TRANSFORM, prim.GetPath(), f"moved without {operation}, which it does not have")
         idle = [name for name in authored.operations if name not in listed and _INVERT + name not in listed]
-        if idle:
-            message = f"not moved by {', '.join(idle)}, which its xformOpOrder does not name"
+        if effective := [name for name in idle if self._moves(prim, name)]:
+            message = f"not moved by {', '.join(effective)}, which its xformOpOrder does not name"
             self._report.warn(IDLE_OPERATION, prim.GetPath(), message)
         if order is not None and not (missing or idle):
             self._complete[authored] = order
+
+    def _moves(self, prim: Usd.Prim, name: str) -> bool:
+        """Return whether an operation would move the prim, if its order named it."""
+        try:
+            return bool(UsdGeom.XformOp(prim.GetAttribute(name)).GetOpTransform(self._time) != Gf.Matrix4d(1))
+        except Tf.ErrorException:  # it is no operation, or has a value of another type
+            return True
 
 
 def _is_plainly_regular(local: Gf.Matrix4d) -> bool:

@@ -35,7 +35,6 @@ _OF_TYPE = {
     "RenderVar": re.compile(f"{LAYER_NAME}$"),
 }
 _INSTANCE = "__INSTANCE_NAME__"
-_METADATA = "metadata"  # in place of a type, among what has been told
 _COMPOSITION = ("references", "inherits", "specializes", "variants", "variantSets", "relocates", "subLayers")
 _LEAST_LIKENESS = 0.85  # of a namespace and one of USD's that it misspells: one slip in seven letters
 _MOST_OF_NAMESPACE = 3  # names that a prim may have of one without all being taken for another program's
@@ -100,24 +99,28 @@ class UnknownNameReporter:
             owner = f"a {prim_type.name}" if prim_type.name else "a prim without a type"
             self._report.warn(NO_SUCH_PROPERTY, prim.GetPath(), f"{owner} has no {', '.join(words)}; ignored")
 
-    def add_metadata(self, prim: Usd.Prim) -> None:
-        """Note metadata like those that prims, or the stage, may have, and keep others' for the end."""
-        unknown = [name for name, value in prim.GetAllAuthoredMetadata().items() if _is_unknown(value)]
+    def add_metadata(self, item: Usd.Prim | Usd.Property) -> None:
+        """Note metadata like those that prims, properties, or the stage, may have, and keep others' for the end."""
+        unknown = [name for name, value in item.GetAllAuthoredMetadata().items() if _is_unknown(value)]
         if not unknown:
             return
-        (spec,) = prim.GetPrimStack()[:1] or (prim.GetStage().GetRootLayer().pseudoRoot,)
-        known = (*spec.GetMetaDataInfoKeys(), *_COMPOSITION)
+        if isinstance(item, Usd.Prim):
+            prim, owner = item, "a stage" if item.IsPseudoRoot() else "a prim"
+            (spec,) = item.GetPrimStack()[:1] or (item.GetStage().GetRootLayer().pseudoRoot,)
+            known = (*spec.GetMetaDataInfoKeys(), *_COMPOSITION)
+        else:
+            prim, owner = item.GetPrim(), "a property"
+            known = tuple(item.GetPropertyStack()[0].GetMetaDataInfoKeys())
         words = []
         for name in sorted(unknown):
             near = near_matches(name, known)
             if not near:
                 self._keep(prim, name)
-            elif (name, _METADATA) not in self._told:
-                self._told.add((name, _METADATA))
+            elif (name, owner) not in self._told:
+                self._told.add((name, owner))
                 words.append(f"{name} ({near.removeprefix('; ')})")
         if words:
-            owner = "a stage" if prim.IsPseudoRoot() else "a prim"
-            self._report.warn(NO_SUCH_PROPERTY, prim.GetPath(), f"{owner} has no metadata {', '.join(words)}; ignored")
+            self._report.warn(NO_SUCH_PROPERTY, item.GetPath(), f"{owner} has no metadata {', '.join(words)}; ignored")
 
     def finish(self) -> None:
         """Note what has been kept, all at once: stages hold much of it."""

@@ -45,6 +45,6 @@ def report_not_looked_for(prim: Usd.Prim, limit: int, report: Report) -> None:
     report.warn(
         NOT_LOOKED_FOR,
         prim.GetPath(),
-        f"after {limit} prims, selections of variants that do not exist and unknown metadata are looked for on models, "
-        "instances and the prims beside them alone: not here",
+        f"from here on, after {limit} prims, variant selections that select nothing and metadata that USD does not "
+        "know are looked for on models, instances and the prims beside them alone",
     )

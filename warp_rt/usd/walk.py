@@ -32,6 +32,7 @@ from warp_rt.usd.gprims import GprimReader
 from warp_rt.usd.not_inherited import report_not_inherited
 from warp_rt.usd.placement import MAX_INSTANCES, GroupBuilder, PlacedPrim
 from warp_rt.usd.primvars import Values, read_constants
+from warp_rt.usd.property_checks import ASKED_FOR_PROPERTIES, report_properties
 from warp_rt.usd.prototypes import Prototypes
 from warp_rt.usd.questions import (
     get_filtered_children,
@@ -119,6 +120,8 @@ class StageWalk:
         self._nesting = 0
         self._visited = 0
         self._asks_all = True
+        # Moments of a frame would tell what the frame tells.
+        self._asked_for_properties = ASKED_FOR_PROPERTIES if base_time in (None, time) else 0
 
     def walk(self) -> GroupBuilder:
         """Return all that the stage draws, in world space."""
@@ -192,6 +195,8 @@ class StageWalk:
         traits = self._traits.read(prim, above.has_clips or has_own_clips)
         if traits.unknown_properties or traits.unknown_schemas:
             self._unknown.add(prim, traits.type, traits.unknown_properties, traits.unknown_schemas)
+        if self._visited <= self._asked_for_properties:
+            report_properties(prim, traits.type, self._unknown, self._report)
         is_ordinary = (
             traits.is_ordinary
             and not (may_be_unusual or above.is_skinned)
@@ -357,7 +362,7 @@ class StageWalk:
                     values = {**values, **read_constants(prim, self._time, self._report)}
                 builder.add_gprim(row, matrix @ shape.local_from_unit, values)
         elif kind not in _NOT_GEOMETRY and not traits.type.is_light:
-            self._report.warn(UNSUPPORTED, get_path(prim), f"{kind} is not supported yet: left out")
+            self._report.warn(UNSUPPORTED, get_path(prim), f"{kind} is not supported: left out")
 
     def _add_stand_in(
         self, prim: Usd.Prim, path: str, here: Context, matrix: np.ndarray, builder: GroupBuilder

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: The warp_rt maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What properties say in vain: connections, samples where none are looked at, being what the schema's are not.
+
+To ask takes as long as to read the prim. Stages with more prims than are asked are not written by hand, and programs do
+the same on all.
+"""
+
+from __future__ import annotations
+
+import re
+
+from pxr import Sdf, Usd
+
+from warp_rt.report import Report
+from warp_rt.usd.primvars import CONNECTED_PRIMVAR
+from warp_rt.usd.schemas import PrimType
+from warp_rt.usd.unknown_names import UnknownNameReporter
+
+WRONG_KIND = "W513"
+IDLE_SAMPLES = "N944"
+
+ASKED_FOR_PROPERTIES = 1000
+"""Prims whose properties are looked through."""
+
+_SETTINGS = ("RenderSettings", "RenderProduct", "RenderVar", "RenderPass")  # relationships of which are W523's
+# Whose connections are followed, or told where they are read.
+_PORT = re.compile("inputs:|outputs:|info:|primvars:")
+# What USD itself asks for at no time, where samples are not looked at.
+_ASKED_WITHOUT_TIME = re.compile(
+    "xformOpOrder$|collection:|info:|colorSpace:name$|skel:joints$|primvars:skel:skinningMethod$"
+)
+# What metadata say something of: interpolation, elementSize, colorSpace, bindMaterialAs.
+_WITH_METADATA = re.compile("primvars:|inputs:|normals$|widths$|material:binding")
+# A relationship, whether the prim's schemas hold it or not.
+_BINDING = re.compile("material:binding")
+
+
+def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameReporter, report: Report) -> None:
+    """Report what a prim's properties say in vain.
+
+    Args:
+        prim: The prim.
+        prim_type: Its type.
+        unknown: Takes their metadata.
+        report: Takes the diagnostics.
+    """
+    is_setting = prim_type.name in _SETTINGS
+    for item in prim.GetAuthoredProperties():
+        name = item.GetName()
+        if _WITH_METADATA.match(name):
+            unknown.add_metadata(item)
+        is_port = bool(_PORT.match(name))
+        if not (is_setting or is_port) and (kinds := _wrong_kind(item)):
+            report.warn(WRONG_KIND, item.GetPath(), f"it is {kinds[0]}, but {kinds[1]} by USD's schema; ignored")
+        elif isinstance(item, Usd.Attribute):
+            if _ASKED_WITHOUT_TIME.match(name) and _has_samples_alone(item):
+                message = "it has time samples alone, but USD asks for its value at no time: they do not count"
+                report.warn(IDLE_SAMPLES, item.GetPath(), message)
+            if (is_setting or prim_type.is_imageable) and not is_port and item.HasAuthoredConnections():
+                what = "its own value counts" if item.HasAuthoredValue() else "it has no value of its own"
+                message = f"connections are followed from shaders and materials, not from a {prim_type.name}; {what}"
+                report.warn(CONNECTED_PRIMVAR, item.GetPath(), message)
+
+
+def _wrong_kind(item: Usd.Property) -> tuple[str, str] | None:
+    """Return what a property is and what USD's schema has it for; None where these are one."""
+    attribute, relationship = "an attribute", "a relationship"
+    if isinstance(item, Usd.Relationship):
+        is_wrong = not item.HasAuthoredTargets() and _is_declared_as(item, Sdf.AttributeSpec)
+        return (attribute, relationship) if is_wrong else None
+    if _BINDING.match(item.GetName()):
+        return attribute, relationship
+    is_wrong = not item.HasAuthoredValue() and _is_declared_as(item, Sdf.RelationshipSpec)
+    return (relationship, attribute) if is_wrong else None
+
+
+def _is_declared_as(item: Usd.Property, kind: type[Sdf.PropertySpec]) -> bool:
+    return any(isinstance(spec, kind) for spec in item.GetPropertyStack())
+
+
+def _has_samples_alone(attribute: Usd.Attribute) -> bool:
+    is_default = attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() == Usd.ResolveInfoSourceDefault
+    return not is_default and attribute.GetNumTimeSamples() > 0
