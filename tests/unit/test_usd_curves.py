@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pxr import Usd, UsdGeom
 
 import warp_rt
 from warp_rt.scene import Scene, ShapeKind
@@ -137,6 +138,31 @@ def test_what_does_not_fit_is_told() -> None:
     assert len(shapes_of(wide).points) == 1
     for normals in ("double normals = 1", "asset normals = @x@", "bool normals = true"):
         assert codes(curves(normals)) == {"W108"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "counts", "varying"),
+    [
+        ("linear", [0, 7], 7),
+        ("linear", [1, 6], 7),
+        ("bezier", [5, 4], 4),
+        ("bspline", [2, 5], 3),
+        ("catmullRom", [3, 4], 3),
+    ],
+)
+def test_values_keep_their_curves_beside_those_that_are_left_out(kind: str, counts: list[int], varying: int) -> None:
+    """Varying values are as many as UsdGeomBasisCurves computes."""
+    body = 'uniform token type = "linear"' if kind == "linear" else f'uniform token basis = "{kind}"'
+    places = ", ".join(f"({index}, {index % 2}, 0)" for index in range(sum(counts)))
+    text = f"""{body}\nint[] curveVertexCounts = {counts}\npoint3f[] points = [{places}]
+        float[] widths = {list(range(1, varying + 1))} (interpolation = "varying")"""
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef BasisCurves "c" {{ {text}\n}}')
+    schema = UsdGeom.BasisCurves.Get(stage, "/c")
+    assert schema.ComputeVaryingDataSize(Usd.TimeCode.Default()) == varying
+    shapes = shapes_of(load_prim("BasisCurves", text))
+    assert 2 * shapes.radii[-1, -1] == varying
+    assert 2 * shapes.radii[0, 0] == varying - len(shapes.radii)
 
 
 @pytest.mark.parametrize("wrap", ["nonperiodic", "periodic"])

@@ -47,7 +47,7 @@ def lay_out_basis_curves(
     size, step = (2, 1) if is_linear else (4, 3 if basis == "bezier" else 1)
     is_periodic = wrap == "periodic"
     is_pinned = wrap == "pinned" and step == 1 and not is_linear
-    segments = lengths // step if is_periodic else (lengths - 1 if is_pinned else (lengths - size) // step + 1)
+    fitting = lengths // step if is_periodic else (lengths - 1 if is_pinned else (lengths - size) // step + 1)
     least = np.where(is_periodic, size - 1 if step == 1 else step, 2 if is_pinned else size)
     is_short = lengths < least
     is_uneven = (lengths % step != 0) if is_periodic else ((lengths - size) % step != 0)
@@ -55,7 +55,7 @@ def lay_out_basis_curves(
     if dropped.any():
         what = "linear" if is_linear else f"{wrap} {basis}"
         report.warn(BAD_CURVES, prim.GetPath(), f"{dropped.sum()} curves left out: their points make no {what} curve")
-    segments = np.where(dropped, 0, segments)
+    segments = np.where(dropped, 0, fitting)
     curve, along = ragged(segments)
     first, count = starts(lengths)[curve], lengths[curve]
     local = along[:, None] * step + np.arange(size) - (1 if is_pinned else 0)
@@ -67,7 +67,8 @@ def lay_out_basis_curves(
         weights[beyond] = weights[beyond] @ _phantom(3)
         local = np.clip(local, 0, count[:, None] - 1)
     vertex = Blend(first[:, None] + (local % count[:, None] if is_periodic else local), weights)
-    varying_counts = segments + (0 if is_periodic else 1)
+    # Curves that are left out have their values too, by the same rule.
+    varying_counts = np.maximum(fitting + (0 if is_periodic else 1), 0)
     step_on = along[:, None] + np.arange(2)
     on_curve = step_on % segments[curve][:, None] if is_periodic else step_on
     varying = Blend(starts(varying_counts)[curve][:, None] + on_curve)
