@@ -562,6 +562,42 @@ def test_what_is_below_an_instancer_and_no_prototype_is_noted_once() -> None:
     assert scene.diagnostics[0].message.startswith("/I/P/spare and 1 more prims below it")
 
 
+def test_what_stands_between_an_instancer_and_its_prototypes_and_does_not_count_is_noted() -> None:
+    body = f"""
+    def PointInstancer "I" {{
+        rel prototypes = [</I/P/m>, </I/Still/m>, </I/Wrong/m>]
+        int[] protoIndices = [0, 1, 2]
+        point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]
+        def Xform "P" {{
+            double3 xformOp:translate = (0, 5, 0)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            token visibilty = "invisible"
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}
+        def Xform "Still" {{
+            double3 xformOp:translate = (0, 0, 0)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}
+        def Xform "Wrong" {{
+            string xformOp:translate = "(0, 5, 0)"
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            def Mesh "m" {{ {TRIANGLE} }}
+        }}
+        def DomeLight "dome" {{ }}
+        def DistantLight "sun" {{ }}
+    }}
+    """
+    scene = load(body)
+    assert sorted(scene.instances.world_from_local[:, :3, 3].tolist()) == [[1, 0, 0], [2, 0, 0], [3, 0, 0]]
+    assert scene.lights == () and scene.domes == ()
+    assert [record.prim for record in scene.diagnostics if record.code == "N942"] == ["/I/P"]
+    assert [record.message for record in scene.diagnostics if record.code == "N923"] == [
+        "/I/dome and 1 more prims below it, but of none of its prototypes: not drawn",
+        "/I/P does not move its prototypes, whose own transform alone counts",
+    ]
+
+
 @pytest.mark.parametrize("is_plain_first", [True, False])
 def test_class_prims_of_an_asset_show_in_prototypes_of_instancers_alone(is_plain_first: bool) -> None:
     """An asset that is instanced plainly and by an instancer is drawn by each as if the other were not there."""

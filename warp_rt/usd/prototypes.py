@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux
 
 from warp_rt.report import Report
 from warp_rt.scene.instance_paths import NumberedPaths
@@ -46,14 +46,23 @@ class Prototypes:
         time: When they are read.
         report: Takes the diagnostics.
         base_time: See ``read_times``.
+        note_names: Notes what a prim says that USD does not know, where no walk comes by.
     """
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report, base_time: Usd.TimeCode) -> None:
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        time: Usd.TimeCode,
+        report: Report,
+        base_time: Usd.TimeCode,
+        note_names: Callable[[Usd.Prim], None],
+    ) -> None:
         self._stage = stage
         self._layers = stage.GetLayerStack()
         self._time = time
         self._base_time = base_time
         self._report = report
+        self._note_names = note_names
         self._groups: dict[tuple[object, ...], GroupBuilder] = {}
         self._shared_bindings = SharedBindings(stage)
         self._authored = AuthoredReader()
@@ -170,21 +179,37 @@ class Prototypes:
                 self._report.warn(IDLE_OPINION, instance.GetPath(), message)
 
     def _note_children(self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path]) -> None:
-        """Note what stands below a PointInstancer and belongs to none of its prototypes: nothing draws it."""
-        idle = []
+        """Note what stands below a PointInstancer, belongs to none of its prototypes, and so shows nothing."""
+        idle, moved = [], []
         pending = instancer.GetFilteredChildren(SHOWN)[::-1]
         while pending:
             prim = pending.pop()
-            if prim.GetPath() in prototypes:
+            path = prim.GetPath()
+            if path in prototypes:
                 continue
-            if prim.IsA(UsdGeom.Boundable) or prim.IsA(UsdGeom.Camera) or prim.IsInstance():
-                idle.append(prim.GetPath())
-            else:
-                pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])
-        if idle:
-            more = f" and {len(idle) - 1} more prims" if len(idle) > 1 else ""
-            message = f"{idle[0]}{more} below it, but of none of its prototypes: not drawn"
-            self._report.warn(IDLE_CHILD, instancer.GetPath(), message)
+            if _would_be_drawn(prim):
+                idle.append(path)
+                continue
+            self._note_names(prim)
+            if any(below.HasPrefix(path) for below in prototypes) and self._is_moved(prim):
+                moved.append(path)
+            pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])
+        for paths, kind, what in (
+            (idle, "prims", "below it, but of none of its prototypes: not drawn"),
+            (moved, "transforms", "does not move its prototypes, whose own transform alone counts"),
+        ):
+            if paths:
+                more = f" and {len(paths) - 1} more {kind}" if len(paths) > 1 else ""
+                self._report.warn(IDLE_CHILD, instancer.GetPath(), f"{paths[0]}{more} {what}")
+
+    def _is_moved(self, prim: Usd.Prim) -> bool:
+        """Return whether a prim has a transform that moves anything."""
+        if not prim.IsA(UsdGeom.Xformable) or not prim.GetAttribute("xformOpOrder").HasAuthoredValue():
+            return False
+        try:
+            return bool(UsdGeom.XformCache(self._time).GetLocalTransformation(prim)[0] != Gf.Matrix4d(1))
+        except Tf.ErrorException:  # its values are of no use
+            return False
 
     def _instancer_group(
         self, instancer: Usd.Prim, path: Sdf.Path, context: Context, own: Values, walk_group: WalkGroup
@@ -251,3 +276,9 @@ class Prototypes:
             constants={name: value for name, value in inside.constants.items() if name not in own},
             width=handed_width(own) if "widths" in own else inside.width,
         )
+
+
+def _would_be_drawn(prim: Usd.Prim) -> bool:
+    """Return whether a prim would add something to the picture, or to its cameras, if it stood elsewhere."""
+    is_camera = prim.IsA(UsdGeom.Camera)
+    return is_camera or prim.IsA(UsdGeom.Boundable) or prim.IsInstance() or prim.HasAPI(UsdLux.LightAPI)

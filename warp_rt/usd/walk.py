@@ -114,9 +114,11 @@ class StageWalk:
         self._limits = limits or Limits()
         self._transforms = TransformReader(time, report)
         self._skins = SkinReader(time, report)
-        self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
         self._traits = TraitsReader()
         self._unknown = UnknownNameReporter(report)
+        self._prototypes = Prototypes(
+            stage, time, report, time if base_time is None else base_time, self._note_unknown_names
+        )
         self._nesting = 0
         self._visited = 0
         self._asks_all = True
@@ -193,8 +195,7 @@ class StageWalk:
             report_not_looked_for(prim, ASKED_FOR_METADATA, self._report)
         has_own_clips = has_authored_metadata(prim, "clips")
         traits = self._traits.read(prim, above.has_clips or has_own_clips)
-        if traits.unknown_properties or traits.unknown_schemas:
-            self._unknown.add(prim, traits.type, traits.unknown_properties, traits.unknown_schemas)
+        self._note_unknown_properties(prim, traits)
         if self._visited <= self._asked_for_properties:
             report_properties(prim, traits.type, self._unknown, self._report)
         is_ordinary = (
@@ -248,6 +249,15 @@ class StageWalk:
             self._prototypes.add_native_instance(prim, path, passed_on, matrix, builder, self._walk_group)
             return None
         return (children, passed_on, matrix) if children else None
+
+    def _note_unknown_properties(self, prim: Usd.Prim, traits: Traits) -> None:
+        if traits.unknown_properties or traits.unknown_schemas:
+            self._unknown.add(prim, traits.type, traits.unknown_properties, traits.unknown_schemas)
+
+    def _note_unknown_names(self, prim: Usd.Prim) -> None:
+        """Note what a prim that is not visited has and USD does not know."""
+        self._unknown.add_metadata(prim)
+        self._note_unknown_properties(prim, self._traits.read(prim, has_clips=False))
 
     def _is_hidden(self, prim: Usd.Prim, traits: Traits, above: Context, builder: GroupBuilder) -> bool:
         """Return whether a prim says that it is not seen, with all below it; its cameras are added all the same."""
