@@ -42,6 +42,20 @@ def test_points_are_spheres_of_their_widths() -> None:
     assert hits.t[0] == pytest.approx(10 - 3.5, abs=1e-5)
 
 
+def test_a_uniform_value_is_one_for_all_points() -> None:
+    values = """color3f[] primvars:displayColor = [(1, 2, 3)] (interpolation = "uniform")
+        float[] primvars:w = [7, 9] (interpolation = "uniform")
+        int[] primvars:w:indices = [1]
+        float[] widths = [3] (interpolation = "uniform")"""
+    scene = load_prim("Points", f"point3f[] points = [{LINE}]\n{values}")
+    assert not codes(scene)
+    shapes = shapes_of(scene)
+    assert (shapes.radii == 1.5).all()
+    for name, expected in (("displayColor", (1, 2, 3)), ("w", (9,))):
+        value = shapes.primvars[name]
+        np.testing.assert_array_equal(value.values[value.indices[:, 0]], [expected] * len(P))
+
+
 def test_widths_may_be_missing_or_one_for_all() -> None:
     assert shapes_of(load_prim("Points", f"point3f[] points = [{LINE}]\nfloat[] widths = [3]")).radii[4] == 1.5
     scene = load_prim("Points", f"point3f[] points = [{LINE}]")

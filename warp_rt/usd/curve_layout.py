@@ -71,7 +71,8 @@ class ShapeLayout:
         if interpolation == "constant":
             return Primvar(values[rows[:1]], None)
         if interpolation == "uniform":
-            return Primvar(values, rows[self.curve][:, None].astype(np.int32))
+            owner = self.curve if len(rows) > 1 else np.zeros_like(self.curve)  # points have one for all of them
+            return Primvar(values, rows[owner][:, None].astype(np.int32))
         return (self.vertex if interpolation == "vertex" else self.varying).primvar(values, indices)
 
     def point_of_varying(self, count: int) -> np.ndarray:
