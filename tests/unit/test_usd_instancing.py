@@ -590,7 +590,8 @@ def test_what_stands_between_an_instancer_and_its_prototypes_and_does_not_count_
     """
     scene = load(body)
     assert sorted(scene.instances.world_from_local[:, :3, 3].tolist()) == [[1, 0, 0], [2, 0, 0], [3, 0, 0]]
-    assert scene.lights == () and scene.domes == ()
+    assert scene.lights == ()
+    assert scene.domes == ()
     assert [record.prim for record in scene.diagnostics if record.code == "N942"] == ["/I/P"]
     assert [record.message for record in scene.diagnostics if record.code == "N923"] == [
         "/I/dome and 1 more prims below it, but of none of its prototypes: not drawn",
