@@ -3,12 +3,15 @@
 """Device code: every ``@wp.func`` and kernel of the ray tracer, importable one by one and free of host code.
 
 Functions can be had from their file, ``from warp_rt.kernels.vector import reflect``, or from here,
-``from warp_rt.kernels import reflect``; the files are loaded when first asked for.
+``from warp_rt.kernels import reflect``; the files are loaded when first asked for. Where a file has the name of a
+function in it, that name is the function here; of any other file it is the file.
 """
 
+import sys
 from importlib import import_module
 from os import scandir
 from pkgutil import iter_modules
+from types import ModuleType
 from typing import Any
 
 if __name__ != "warp_rt.kernels":
@@ -32,12 +35,28 @@ def is_as_imported() -> bool:
     return bool(_states_at_import) and _file_states() == _states_at_import
 
 
+def _own(file: ModuleType, name: str) -> Any:
+    """Return the function or kernel of this name in a file, not what it imports, such as Warp; None: it has none."""
+    value = vars(file).get(name)
+    return value if getattr(getattr(value, "func", None), "__module__", None) == file.__name__ else None
+
+
+class _Package(ModuleType):
+    """This package, to which a file is bound under its name when it has been loaded."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        own = _own(value, name) if isinstance(value, ModuleType) else None
+        super().__setattr__(name, value if own is None else own)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
 def __getattr__(name: str) -> Any:
     files = [info.name for info in iter_modules(__path__)]
     if name not in files and not name.startswith("_"):
         for file in files:
-            value = vars(import_module(f".{file}", __name__)).get(name)
-            # Not what the file itself imports from elsewhere, such as Warp.
-            if getattr(getattr(value, "func", None), "__module__", None) == f"{__name__}.{file}":
+            value = _own(import_module(f".{file}", __name__), name)
+            if value is not None:
                 return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
