@@ -7,10 +7,10 @@ Functions can be had from their file, ``from warp_rt.kernels.vector import refle
 function in it, that name is the function here; of any other file it is the file.
 """
 
-import sys
 from importlib import import_module
 from os import scandir
 from pkgutil import iter_modules
+from sys import modules
 from types import ModuleType
 from typing import Any
 
@@ -49,7 +49,7 @@ class _Package(ModuleType):
         super().__setattr__(name, value if own is None else own)
 
 
-sys.modules[__name__].__class__ = _Package
+modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:
