@@ -3,6 +3,7 @@
 """Bindings and surfaces: which material a prim has, and which inputs the surface says."""
 
 import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image as PilImage
 from pxr import Usd, UsdShade
@@ -588,6 +589,28 @@ def test_displacement_is_read(displacement, codes):
 def test_normal_maps_that_are_not_taken_to_minus_one_to_one_are_named(tmp_path, inputs, warnings):
     path = tmp_path / "n.png"
     PilImage.fromarray(np.full((2, 2, 3), 128, np.uint8)).save(path)
+    assert _normal_map_codes(path, inputs) == ["W309"] * warnings
+
+
+@pytest.mark.parametrize(
+    ("texels", "codes"),
+    [
+        ([(0.5, 0.5, 1.0), (0.25, 0.75, 0.9)], ["W309"]),
+        ([(-0.5, 0.5, 0.7), (0.25, 0.75, 0.6)], []),
+        ([(0.0, 0.0, 1.0), (0.0, 0.0, 1.0)], []),
+    ],
+    ids=["from 0 to 1", "from -1 to 1", "flat"],
+)
+def test_normal_maps_of_floats_tell_by_their_texels_whether_they_need_a_scale(tmp_path, texels, codes):
+    path = tmp_path / "n.exr"
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": np.array([texels], np.float32)}) as file:
+        file.write(str(path))
+    assert _normal_map_codes(path, "") == codes
+
+
+def _normal_map_codes(path, inputs):
+    """Return the codes about a material whose normal map is a file's."""
     shader = 'uniform token info:id = "UsdPreviewSurface"\nnormal3f inputs:normal.connect = </M/T.outputs:rgb>'
     more = f"""def Shader "T" {{
         uniform token info:id = "UsdUVTexture"
@@ -603,7 +626,7 @@ def test_normal_maps_that_are_not_taken_to_minus_one_to_one_are_named(tmp_path, 
     }}"""
     material, _, codes = _read(_material(shader, more=more))
     assert material.inputs["normal"].texture == 0
-    assert codes == ["W309"] * warnings
+    return codes
 
 
 @pytest.mark.parametrize(

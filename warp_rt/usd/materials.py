@@ -230,19 +230,20 @@ class MaterialReader:
         return row
 
     def _check_normal_map(self, normal: Input | None, shader: UsdShade.Shader) -> None:
-        """Report an 8-bit normal map whose texels are not taken from 0..1 to -1..1, or are decoded as colours."""
+        """Report a normal map whose texels are not taken from 0..1 to -1..1, or are decoded as colours."""
         if normal is None or normal.texture < 0:
             return
         texture = self.textures[normal.texture]
-        if texture.image < 0 or self.images[texture.image].pixels.dtype.kind != "u":
+        if texture.image < 0:
             return
         if texture.is_srgb:
             self._report.warn(
                 NORMAL_MAP, shader.GetPath(), "the normal map is decoded as sRGB colours, not as raw data"
             )
         # Of x and y any scale will do, which makes bumps flatter or steeper, as long as texels of 0.5 give 0.
-        if texture.scale[2] != 2.0 or any(b != -0.5 * a for a, b in zip(texture.scale, texture.bias[:3], strict=False)):
-            message = "the normal map has not the scale 2 and bias -1 that 8-bit texels need; used as it is"
+        is_placed = all(b == -0.5 * a for a, b in zip(texture.scale, texture.bias[:3], strict=False))
+        if (texture.scale[2] != 2.0 or not is_placed) and _is_of_shares(self.images[texture.image].pixels):
+            message = "the normal map has not the scale 2 and bias -1 that texels from 0 to 1 need; used as it is"
             self._report.warn(NORMAL_MAP, shader.GetPath(), message)
 
     def _read_displacement(self, material: UsdShade.Material) -> Displacement | None:
@@ -308,6 +309,12 @@ def _why_no_material(stage: Usd.Stage, target: Sdf.Path) -> str:
     if not prim:
         return "where there is no prim"
     return f"which is {prim.GetTypeName() or 'a prim without a type'} and no material"
+
+
+def _is_of_shares(pixels: np.ndarray) -> bool:
+    """Return whether texels of a normal map go from 0 to 1: of those from -1 to 1 some lean back, or none at all."""
+    across = pixels[..., :2]
+    return pixels.dtype.kind == "u" or bool(across.min() >= 0.0 and across.max() > 0.0)
 
 
 def _display_color_material() -> Material:
