@@ -46,23 +46,14 @@ class Prototypes:
         time: When they are read.
         report: Takes the diagnostics.
         base_time: See ``read_times``.
-        note_names: Notes what a prim says that USD does not know, where no walk comes by.
     """
 
-    def __init__(
-        self,
-        stage: Usd.Stage,
-        time: Usd.TimeCode,
-        report: Report,
-        base_time: Usd.TimeCode,
-        note_names: Callable[[Usd.Prim], None],
-    ) -> None:
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, report: Report, base_time: Usd.TimeCode) -> None:
         self._stage = stage
         self._layers = stage.GetLayerStack()
         self._time = time
         self._base_time = base_time
         self._report = report
-        self._note_names = note_names
         self._groups: dict[tuple[object, ...], GroupBuilder] = {}
         self._shared_bindings = SharedBindings(stage)
         self._authored = AuthoredReader()
@@ -121,7 +112,13 @@ class Prototypes:
         builder.add_copy(group, matrix, path[context.path_length :], context.constants)
 
     def add_point_instances(
-        self, prim: Usd.Prim, context: Context, matrix: np.ndarray, builder: GroupBuilder, walk_group: WalkGroup
+        self,
+        prim: Usd.Prim,
+        context: Context,
+        matrix: np.ndarray,
+        builder: GroupBuilder,
+        walk_group: WalkGroup,
+        note_names: Callable[[Usd.Prim], None],
     ) -> None:
         """Copy the groups of a PointInstancer's prototypes.
 
@@ -131,10 +128,11 @@ class Prototypes:
             matrix: Group from prim, float64, shape [4, 4].
             builder: Takes the copies.
             walk_group: Walks the prototypes.
+            note_names: Notes what a prim says that USD does not know, where no walk comes by.
         """
         times = read_times(prim, self._time, self._base_time, self._report)
         instances = read_point_instances(prim, *times, self._report)
-        self._note_children(prim, instances.prototypes)
+        self._note_children(prim, instances.prototypes, note_names)
         if "widths" in instances.values:
             report_widths_by_instance(prim, instances.prototypes, self._report)
         name = context.name(prim)
@@ -178,7 +176,9 @@ class Prototypes:
                 message = f"what its value clips ({name}) hold of prims below it does not count, for it is instanceable"
                 self._report.warn(IDLE_OPINION, instance.GetPath(), message)
 
-    def _note_children(self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path]) -> None:
+    def _note_children(
+        self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path], note_names: Callable[[Usd.Prim], None]
+    ) -> None:
         """Note what stands below a PointInstancer, belongs to none of its prototypes, and so shows nothing."""
         idle, moved = [], []
         pending = instancer.GetFilteredChildren(SHOWN)[::-1]
@@ -190,7 +190,7 @@ class Prototypes:
             if _would_be_drawn(prim):
                 idle.append(path)
                 continue
-            self._note_names(prim)
+            note_names(prim)
             if any(below.HasPrefix(path) for below in prototypes) and self._is_moved(prim):
                 moved.append(path)
             pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])

@@ -116,9 +116,7 @@ class StageWalk:
         self._skins = SkinReader(time, report)
         self._traits = TraitsReader()
         self._unknown = UnknownNameReporter(report)
-        self._prototypes = Prototypes(
-            stage, time, report, time if base_time is None else base_time, self._note_unknown_names
-        )
+        self._prototypes = Prototypes(stage, time, report, time if base_time is None else base_time)
         self._nesting = 0
         self._visited = 0
         self._asks_all = True
@@ -237,7 +235,9 @@ class StageWalk:
                 report_not_inherited(prim, self._report)
         if traits.is_instancer:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
-                self._prototypes.add_point_instances(prim, passed_on, _posed(matrix, skin), builder, self._walk_group)
+                # Handed over here, for what the walk holds must not hold the walk, and with it the stage.
+                walks = self._walk_group, self._note_unknown_names
+                self._prototypes.add_point_instances(prim, passed_on, _posed(matrix, skin), builder, *walks)
             return None  # prototypes are often its children, and are not drawn by themselves
         if traits.type.is_boundable and self._is_shown(here):
             if traits.is_geometry:
