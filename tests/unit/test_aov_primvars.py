@@ -164,3 +164,17 @@ def test_render_vars_hold_them(stage: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert {name for name in channels if name not in "RGBA"} == {"ids.X", "none.X"}
     np.testing.assert_allclose(channels["ids.X"].pixels[0, :3], [3, 4, 0], atol=1e-6)
     assert not channels["none.X"].pixels.any()
+
+
+def test_of_a_shape_that_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "flat.usda").write_text("""#usda 1.0
+def Cube "c"
+{
+    color3f[] primvars:displayColor = [(0.7, 0.4, 0.2)]
+    double3 xformOp:scale = (1e-30, 1, 1)
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+}
+""")
+    image = warp_rt.render(tmp_path / "flat.usda", width=4, device="cpu", aovs=("color", "primvars:displayColor"))
+    assert not image.alpha.any()
+    assert "W105" in {told.code for told in image.film.diagnostics}

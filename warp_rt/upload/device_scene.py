@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -136,6 +137,6 @@ def _pack_instances(data: Any, pack: Packer, scene: Scene, placement: Placement,
     overrides = {name: rows for name, rows in instances.primvars.items() if name in slots}
     values = np.full((len(slots), len(instances) if overrides else 0, 4), np.nan, np.float32)
     for name, rows in overrides.items():
-        rows = rows.reshape(len(rows), -1)
+        rows = rows.reshape(len(rows), math.prod(rows.shape[1:]))
         values[slots[name], :, : rows.shape[1]] = rows
     data.instance_primvars = pack.array(values, wp.vec4, ndim=2)
