@@ -6,6 +6,7 @@ python examples/11_contact_sheet.py [folder] [--stages STAGE ...]
 """
 
 import argparse
+import logging
 import sys
 from pathlib import Path
 
@@ -21,6 +22,7 @@ parser.add_argument("folder", nargs="?", type=Path, default=Path("out"), help="f
 parser.add_argument("--stages", nargs="+", type=Path, default=OURS, help="default: five of ours")
 arguments = parser.parse_args()
 arguments.folder.mkdir(parents=True, exist_ok=True)
+logging.getLogger("warp_rt").setLevel(logging.ERROR)  # it has the warnings, too, but not of which stage
 
 WIDTH, HEIGHT = 400, 300
 cells, failed = [], 0
@@ -32,7 +34,8 @@ for stage in arguments.stages:
         failed += 1
         continue
     warnings = [told for told in image.film.diagnostics if told.is_warning]  # the others are notes
-    print(*warnings, sep="\n", end="\n" if warnings else "")
+    for told in warnings:
+        print(f"{stage}: {told}")
     failed += bool(warnings)
     codes = sorted({told.code for told in image.film.diagnostics})
     caption = Caption(stage.stem, f"{len(warnings)} warnings", ", ".join(codes))
