@@ -52,7 +52,7 @@ def RenderProduct "Ids"
 WITH_PRODUCTS = STAGE.replace("(\n", '(\n    renderSettingsPrimPath = "/Settings"\n', 1) + PRODUCTS
 LENS = CAMERA.replace("float horizontal", "float fStop = 2\n        float focusDistance = 5\n        float horizontal")
 SHUTTER = CAMERA.replace("float horizontal", "double shutter:close = 0.5\n        float horizontal")
-SOFT = LIGHT.replace("angle = 0", "angle = 5")
+SOFT = LIGHT.replace("angle = 0", "angle = 5\n        bool inputs:normalize = true")
 SQUARE = "[(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]"
 COLLAPSING = STAGE.replace(
     f"points = {SQUARE}", f"points.timeSamples = {{ 1: {SQUARE}, 2: {SQUARE.replace('-2', 'nan')} }}"

@@ -137,7 +137,7 @@ class _Run:
 
 def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) -> tuple[dict[str, Any], Renderer]:
     """Make one picture and return its JSON object and renderer, whose hierarchy the next frame may refit."""
-    from warp_rt.cli.clipping import clipping_note
+    from warp_rt.cli.brightness import brightness_note
     from warp_rt.image.image import Image
     from warp_rt.rendering.renderer import Renderer
     from warp_rt.rendering.shutter import render_frame
@@ -171,9 +171,9 @@ def _make_picture(run: _Run, shot: Shot, label: str, previous: Renderer | None) 
     write = time.perf_counter()
     image = Image(film, exposure=args.exposure, tonemap=args.tonemap)
     if format_of(shot.output) != "exr" and picture_of(shot.output, shot.aovs) == "color":
-        clipped = clipping_note(image)
-        voice.diagnostics(clipped)
-        told.update(dict.fromkeys(clipped))
+        noted = brightness_note(image)
+        voice.diagnostics(noted)
+        told.update(dict.fromkeys(noted))
     outputs = image.save(shot.output, aovs=shot.aovs, layers=shot.product.variables if shot.product else ())
     end = time.perf_counter()
     seconds = {"start": 0.0, "load": load, **renderer.seconds, "write": end - write, "total": end - begin}
