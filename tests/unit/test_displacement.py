@@ -117,6 +117,28 @@ def test_sheets_back_to_back_part() -> None:
     np.testing.assert_allclose(moved.points[:, 2], np.repeat([1.0, -1.0], len(points)))
 
 
+def test_sheets_of_single_triangles_stay_where_they_cannot_part() -> None:
+    """At an inner point of a bent sheet two sides of two faces each cancel: rounding moves nothing."""
+    points = np.array([(0, 0, 0), (1, 0, 0.3), (0.7, 1, 0.1), (-1, 1, 0.2), (-1, -1, 0.7), (1, -1, 0.4)])
+    fan = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5), (0, 5, 1)])
+    corners = points[np.concatenate([fan, fan[:, [0, 2, 1]]])].reshape(-1, 3).astype(np.float32)
+    mesh = Mesh(corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3))
+    np.testing.assert_array_equal(displaced(mesh, [ONE], {}, (), ()).points[::3], np.zeros((10, 3)))
+
+
+@pytest.mark.parametrize("thickness", [1, 0.3, 0.1, 0.01])
+def test_no_blade_opens(thickness: float) -> None:
+    """Single triangles of a body stay together however sharp its edges are, and wherever most faces of a point look."""
+    for seed in range(10):
+        points, triangles = octasphere(3)
+        jitter = np.random.default_rng(seed).uniform(0.6, 1.4, (len(points), 1))
+        body = (points * jitter * (1, 1, thickness)).astype(np.float32)
+        mesh = Mesh(body[triangles].reshape(-1, 3), np.arange(triangles.size, dtype=np.int32).reshape(-1, 3))
+        moved = displaced(mesh, [Displacement(Input((0.01, 0, 0, 0)))], {}, (), ()).points
+        np.testing.assert_array_equal(np.unique(moved, axis=0).shape, points.shape)
+        assert encloses_volume(moved, mesh.triangles)
+
+
 def test_slots_move_apart_or_not_at_all_and_meet_half_way() -> None:
     points, triangles = grid(2)
     slots = (points[triangles].mean(axis=1)[:, 0] > 0.5).astype(np.int32)

@@ -21,6 +21,9 @@ from warp_rt.scene.input_values import input_values
 
 MAX_HEIGHT = 1e12  # the reach of a mesh's coordinates
 
+# Components of the normals of a sheet's two sides cancel to this: they are of the same points, but for their order.
+_OPPOSITE = 1e-9
+
 
 @dataclass(frozen=True)
 class Displacement:
@@ -56,9 +59,14 @@ def displaced(
     heights = _heights(mesh, displacements, constants, textures, images)
     weighted = _weighted_normals(points, triangles)
     place = _places(mesh, triangles, weighted)
-    along = _unit(_sums(place[triangles], _corner_normals(mesh, weighted)))
-    corners = np.bincount(place[triangles].reshape(-1), minlength=len(along))
-    height = np.bincount(place[triangles].reshape(-1), heights.reshape(-1), len(along)) / np.maximum(corners, 1)
+    at = place[triangles]
+    directions = _corner_normals(mesh, weighted)
+    along = _sums(at, directions)
+    total = np.bincount(at.reshape(-1), np.linalg.norm(directions, axis=2).reshape(-1), len(along))
+    along[np.abs(along).max(axis=1) <= _OPPOSITE * total] = 0  # what is left where all cancel is rounding
+    along = _unit(along)
+    corners = np.bincount(at.reshape(-1), minlength=len(along))
+    height = np.bincount(at.reshape(-1), heights.reshape(-1), len(along)) / np.maximum(corners, 1)
     moved = points + (height[:, None] * along)[place]
     normals = None
     if mesh.normals is not None:
@@ -87,15 +95,22 @@ def _heights(
 
 
 def _places(mesh: Mesh, triangles: np.ndarray, weighted: np.ndarray) -> np.ndarray:
-    """Return which points move as one, int64, shape [n]: those at one place, unless their faces turn away.
+    """Return which points move as one, int64, shape [n]: those at one place, but for the two sides of a sheet.
 
-    Sheets that lie back to back share places and no normal, and each goes its own way.
+    Sheets that lie back to back share places and no normal, and each goes its own way. What meets at a place at any
+    other angle, be it the edge of a blade, stays together.
     """
     place = number_rows(mesh.points)
     own = _unit(_sums(triangles, weighted, len(mesh.points)))
-    shared = _unit(_sums(place, own))
-    turns_away = np.flatnonzero((own * shared[place]).sum(axis=1) <= 0)
-    place[turns_away] = shared.shape[0] + np.arange(len(turns_away))
+    front = np.zeros_like(own)
+    used = np.flatnonzero(own.any(axis=1))
+    front[place[used]] = own[used]
+    is_front = np.abs(own - front[place]).max(axis=1) <= _OPPOSITE
+    is_back = np.abs(own + front[place]).max(axis=1) <= _OPPOSITE
+    is_aslant = np.zeros(len(own), bool)
+    is_aslant[place[used[~(is_front | is_back)[used]]]] = True
+    back = np.flatnonzero(is_back & ~is_front & ~is_aslant[place])
+    place[back] += len(place)
     return place
 
 
