@@ -365,13 +365,16 @@ def test_indices_of_a_subset_that_are_no_integers_are_named() -> None:
     assert read(f"{SQUARES}\n{subset}")[1] == ["W111"]
 
 
-def test_a_subset_with_a_material_but_of_no_family_is_named() -> None:
+@pytest.mark.parametrize("purpose", ["", ":full", ":preview"])
+def test_a_subset_with_a_material_but_of_no_family_is_named(purpose: str) -> None:
     subset = (
         'def GeomSubset "a" {\nuniform token elementType = "face"\nint[] indices = [0]\nFAMILY\n'
-        "rel material:binding = </M>\n}"
+        f"rel material:binding{purpose} = </M>\n}}"
     )
     assert read(f"{SQUARES}\n{subset}".replace("FAMILY", ""))[1] == ["W111"]
     assert read(f"{SQUARES}\n{subset}".replace("FAMILY", 'uniform token familyName = "materialBind"'))[1] == []
+    physics = subset.replace(f"binding{purpose} ", "binding:physics ").replace("FAMILY", "")
+    assert read(f"{SQUARES}\n{physics}")[1] == []
 
 
 @pytest.mark.parametrize("above", ["Xform", "Cube", "Points", ""])

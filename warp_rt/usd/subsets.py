@@ -74,7 +74,7 @@ def read_face_slots(
             continue
         subset = UsdGeom.Subset(child)
         if subset.GetFamilyNameAttr().Get(time) != "materialBind":
-            if child.GetRelationship("material:binding").HasAuthoredTargets():
+            if _binds_material(child):
                 report.warn(BAD_FACE, child.GetPath(), "its material left out: it is not of the family materialBind")
             continue
         kind = subset.GetElementTypeAttr().Get(time)
@@ -103,3 +103,10 @@ def read_face_slots(
         names.append(child.GetName())
         slots[free] = len(names)
     return (slots, tuple(names)) if names else (None, ())
+
+
+def _binds_material(subset: Usd.Prim) -> bool:
+    """Return whether a subset binds a material that would be drawn."""
+    names = [name for name in subset.GetAuthoredPropertyNames() if name.startswith("material:binding")]
+    bindings = [subset.GetRelationship(name) for name in names if purpose_of(name) in BINDING_PURPOSES]
+    return any(binding and binding.HasAuthoredTargets() for binding in bindings)
