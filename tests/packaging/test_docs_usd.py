@@ -356,6 +356,7 @@ CASES: dict[str, tuple[str | tuple[str, str], set[str]]] = {
         {"/M"},
     ),
     "W513": ('def Sphere "s" { rel radius = </s> }', {"/s.radius"}),
+    "N946": (light("SphereLight", "rel collection:lightLink:excludes = </Gone>"), {"/l"}),
     "N944": (
         'def Sphere "s" { uniform token[] xformOpOrder.timeSamples = { 0: ["!resetXformStack!"]\n} }',
         {"/s.xformOpOrder"},

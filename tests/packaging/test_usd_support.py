@@ -4,13 +4,15 @@
 
 Each property is set on a prim of its type, on a stage where it should show (see ``usd_probes``), and the stage is
 loaded with it and without. ``yes`` and ``approximated``: the scene differs. A code: the diagnostic is told. ``none``:
-neither scene nor diagnostics differ.
+neither scene nor diagnostics differ. What counts is told where it is of another type, or none of its schema's tokens;
+blocked, it is as if it was not there.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import importlib.util
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -21,6 +23,7 @@ import pytest
 from PIL import Image as PillowImage
 from pxr import Gf, Sdf, Sdr, Usd, UsdGeom
 
+from warp_rt.errors import SceneError
 from warp_rt.scene import Scene
 from warp_rt.scene.instance_transforms import LazyTransforms
 from warp_rt.usd.load import load_stage
@@ -357,9 +360,92 @@ def _mismatch(trial: Trial, folder: Path) -> str:
     return "" if row.support in added | before else found
 
 
+# What is of another type there has no effect, or is told where it is read.
+_UNTOLD = re.compile(
+    "outputs:|info:implementationSource$"  # connections alone count; UsdShade takes the fallback
+    "|primvars:NAME"  # told where a material reads it
+    "|order$"  # of NurbsCurves, whose trial lacks knots: told without
+)
+
+
+def _retype(prim: Usd.Prim, name: str) -> bool:
+    """Author a property as what it is not: a number as text, text as a number, a relationship as an attribute."""
+    attribute = prim.GetAttribute(name)
+    is_text = not attribute or attribute.GetTypeName() in ("token", "string")
+    prim.RemoveProperty(name)
+    kind, value = (Sdf.ValueTypeNames.Double, 2.0) if is_text else (Sdf.ValueTypeNames.String, "two")
+    spec = Sdf.CreatePrimInLayer(prim.GetStage().GetRootLayer(), prim.GetPath())
+    Sdf.AttributeSpec(spec, name, kind).default = value
+    return True
+
+
+def _nonsense(prim: Usd.Prim, name: str) -> bool:
+    attribute = prim.GetAttribute(name)
+    has_tokens = attribute and attribute.GetTypeName() == "token" and attribute.GetMetadata("allowedTokens")
+    return bool(has_tokens) and attribute.Set("nonsense")
+
+
+def _remove(prim: Usd.Prim, name: str) -> bool:
+    is_attribute = bool(prim.GetAttribute(name))
+    prim.RemoveProperty(name)
+    return is_attribute
+
+
+def _block(prim: Usd.Prim, name: str) -> bool:
+    if not prim.GetAttribute(name):
+        return False
+    prim.GetAttribute(name).ClearConnections()
+    prim.GetAttribute(name).Block()
+    return True
+
+
+def _is_said(trial: Trial) -> bool:
+    """Return whether a trial is of a property that counts."""
+    return trial.name not in (support.PRIM, support.APPLIED) and trial.row.support in ("yes", "approximated")
+
+
+def _authored(trial: Trial, folder: Path, author: Callable[[Usd.Prim, str], bool]) -> Scene | None:
+    """Return the scene with what ``author`` does to a trial's property; None: it does not apply."""
+    stage, prim = _prepared(trial, folder)
+    name = {"xformOp:NAME": "xformOp:translate"}.get(trial.name, trial.name.replace("NAME", "a"))
+    if not prim.GetRelationship(name) and trial.probe.type_name != "rel":
+        _attribute(prim, name, trial.probe.type_name or _port_type(trial))
+    return _load(stage, trial) if author(prim, name) else None
+
+
 TRIALS: dict[str, list[Trial]] = {}
 for _trial in trials():
     TRIALS.setdefault(_trial.schema, []).append(_trial)
+
+
+@pytest.mark.parametrize("schema", TRIALS)
+def test_values_of_another_type_or_none_of_the_tokens_are_told(schema: str, folder: Path) -> None:
+    silent = []
+    for trial in filter(_is_said, TRIALS[schema]):
+        if _UNTOLD.match(trial.name):
+            continue
+        told = {str(record) for record in _load(_prepared(trial, folder)[0], trial).diagnostics}
+        for author in (_retype, _nonsense):
+            try:
+                scene = _authored(trial, folder, author)
+            except SceneError:  # what is refused is told
+                continue
+            if scene is not None and not {str(record) for record in scene.diagnostics} - told:
+                silent.append(f"{trial}{author.__name__}")
+    assert not silent
+
+
+@pytest.mark.parametrize("schema", TRIALS)
+def test_blocked_values_are_as_if_not_there(schema: str, folder: Path) -> None:
+    """USD: a block makes an attribute resolve as if nothing was authored."""
+    wrong = []
+    for trial in filter(_is_said, TRIALS[schema]):
+        if trial.name.endswith("includeRoot"):  # USD's own queries of collections take a block for false
+            continue
+        blocked = _authored(trial, folder, _block)
+        if blocked is not None and _differ(blocked, _authored(trial, folder, _remove)):
+            wrong.append(str(trial))
+    assert not wrong
 
 
 @pytest.mark.parametrize("schema", TRIALS)

@@ -260,3 +260,23 @@ def test_a_face_subset_cannot_be_linked_alone():
 def test_collections_in_a_circle_are_named():
     circle = "rel LINK:includes = </Light.LINK>".replace("LINK", "collection:lightLink")
     assert _linked(SHAPES, circle)[1] == ["W404"]
+
+
+@pytest.mark.parametrize(
+    ("collection", "code"),
+    [
+        ("rel LINK:excludes = </World/nothing>", "N946"),
+        ("rel LINK:includes = </World/a.collection:nothing>", "N946"),
+        ('uniform token LINK:mode = "excluding"', "W404"),
+        ('uniform token LINK:expansionRule = "expand"', "W404"),
+        ('string LINK:membershipExpression = "/World/a"', "W404"),
+        ("double LINK:includeRoot = 0", "W404"),
+    ],
+)
+def test_what_a_collection_says_in_vain_is_told_and_holds_nothing_back(collection, code):
+    collection = collection.replace("LINK", "collection:lightLink")
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\n{SHAPES}\ndef SphereLight "Light"\n{{\n{collection}\n}}\n')
+    scene = load_stage(stage)
+    assert scene.lights[0].receivers is None
+    assert [record.code for record in scene.diagnostics if record.prim == "/Light"] == [code]

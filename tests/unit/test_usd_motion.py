@@ -93,6 +93,29 @@ TRIANGLES = """
 """
 
 
+@pytest.mark.parametrize(
+    ("velocities", "accelerations", "is_idle"),
+    [
+        ("{ 0: [(1, 0, 0)] }", "{ 0: [(0, 8, 0)] }", False),
+        ("{ 0: [(1, 0, 0)] }", "{ 0: [(0, 0, 0)], 1: [(0, 0, 0)] }", False),
+        ("{ 0: [(1, 0, 0)] }", "{ 0: [(0, 8, 0)], 1: [(0, 8, 0)] }", True),
+        ("{ 0: [(1, 0, 0)] }", "{ 0: [(0, 8, 0), (0, 8, 0)] }", True),
+        ("", "{ 0: [(0, 8, 0)] }", True),
+    ],
+)
+def test_accelerations_that_usd_passes_over_are_noted(velocities, accelerations, is_idle) -> None:
+    body = 'def Points "p" {\npoint3f[] points.timeSamples = { 0: [(0, 0, 0)] }\n'
+    body += f"vector3f[] velocities.timeSamples = {velocities}\n" if velocities else ""
+    made, plain = stage(f"{body}vector3f[] accelerations.timeSamples = {accelerations}\n}}"), stage(body + "}")
+    prim, code = made.GetPrimAtPath("/p"), Usd.TimeCode(0.5)
+    without = UsdGeom.PointBased(plain.GetPrimAtPath("/p")).ComputePointsAtTime(code, code)
+    is_passed_over = UsdGeom.PointBased(prim).ComputePointsAtTime(code, code) == without
+    report = Report()
+    read_times(prim, code, code, report)
+    assert [note.code for note in report] == (["N936"] if is_idle else [])
+    assert is_passed_over or not is_idle
+
+
 def test_points_and_topology_are_of_the_sample_that_the_frame_begins_with() -> None:
     made = stage(f'def Mesh "m" {{\n{TRIANGLES}\n}}')
     own = load_stage(made, time=0.5).meshes[0]  # a frame between samples

@@ -367,6 +367,7 @@ def test_normals_of_a_joint_that_the_skeleton_lacks_turn_as_its_points_do() -> N
             "/root/bent",
         ),
         (SHAPES.replace("uniform vector3f[] offsets = [(0, 4, 0), (0, 4, 0)]", ""), ("", ""), "/root/m/lift"),
+        (SHAPES.replace("normalOffsets = [(3, 0, 0)", "normalOffsets = [(nan, 0, 0)"), ("", ""), "/root/m/lift"),
         (SHAPES, ("", ""), None),
         (JOINTS, ("", ""), None),
     ],

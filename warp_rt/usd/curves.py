@@ -73,7 +73,8 @@ def read_shapes(
         what = f"points or widths are not finite, or beyond {MAX_COORDINATE:g}"
         report.warn(BAD_CURVES, path, f"{(~is_usable).sum()} parts left out: {what}")
     # What has no width is not seen, and what has no length lies in its neighbours' ends.
-    has_length = (np.ptp(controls, axis=1) > 0).any(axis=1) | (controls.shape[1] == 1)
+    with np.errstate(invalid="ignore"):
+        has_length = (np.ptp(controls, axis=1) > 0).any(axis=1) | (controls.shape[1] == 1)
     has_width = is_usable & (radii.max(axis=1, initial=0) > 0)
     kept = np.flatnonzero(has_width & has_length)
     if not len(kept):

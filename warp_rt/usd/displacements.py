@@ -97,7 +97,8 @@ class DisplacementReader:
                 message = f"displaced by the fallback of the primvar {name}, which is authored on or above an instance"
                 self._report.warn(DISPLACEMENT, prim.GetPath(), message)
                 told.add(name)
-        if level == 0 and str(prim.GetAttribute("subdivisionScheme").Get()) in SUBDIVISION_SCHEMES:
+        scheme = prim.GetAttribute("subdivisionScheme").Get(Usd.TimeCode.EarliestTime())
+        if level == 0 and str(scheme) in SUBDIVISION_SCHEMES:
             message = f"displaced at the {len(geometry.points)} points of its cage alone: --complexity gives it more"
             self._report.warn(COARSE, prim.GetPath(), message)
         self._heights[str(prim.GetPath())] = {name: given.get(name) for name in sorted(names - {"", *told})}

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from PIL.TiffImagePlugin import TiffImageFile
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Input, Material, MaterialModel, Mesh, Primvar, ShapeKind, Shapes, Texture, Wrap
@@ -96,7 +96,7 @@ def draw_mode(prim: Usd.Prim, above: str, report: Report) -> str:
 
 def card_visibility(prim: Usd.Prim, above: str, report: Report) -> str:
     """Return which cards of a model are drawn, ``full`` or ``simple``, given that of its parent."""
-    found = AttributeReader(prim, Usd.TimeCode.Default(), INVALID_VALUE, report)
+    found = AttributeReader(prim, Usd.TimeCode.EarliestTime(), INVALID_VALUE, report)
     value = found.token("model:cardVisibility", "inherited", ("full", "simple", "inherited"))
     return above if value == "inherited" else value
 
@@ -116,7 +116,7 @@ def is_replaced(prim: Usd.Prim, mode: str, report: Report) -> bool:
     if mode in ("default", "inherited"):
         return False
     if prim.GetAttribute("model:applyDrawMode").HasAuthoredValue():
-        found = AttributeReader(prim, Usd.TimeCode.Default(), INVALID_VALUE, report)
+        found = AttributeReader(prim, Usd.TimeCode.EarliestTime(), INVALID_VALUE, report)
         return found.truth("model:applyDrawMode", False)
     return bool(Usd.ModelAPI(prim).IsKind("component"))
 
@@ -241,9 +241,9 @@ class StandInReader:
 
     def _texture(self, prim: Usd.Prim, face: _Face) -> Usd.Attribute | None:
         """Return the attribute that names a card's texture; None where it names none."""
-        attribute = prim.GetAttribute(f"model:cardTexture{face.name}")
-        value = attribute.Get(self._time) if attribute else None
-        return attribute if isinstance(value, Sdf.AssetPath) and value.path else None
+        name = f"model:cardTexture{face.name}"
+        value = AttributeReader(prim, self._time, INVALID_VALUE, self._report).asset(name)
+        return prim.GetAttribute(name) if value is not None else None
 
     def _card_material(self, prim: Usd.Prim, texture: Usd.Attribute, color: tuple[float, ...]) -> int:
         image = self._materials.image(texture.Get(self._time), prim)

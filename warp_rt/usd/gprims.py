@@ -121,7 +121,7 @@ class GprimReader:
         # Instances of a mesh share it, but each skeleton makes another one of it.
         key = str(prim.GetPrimInPrototype().GetPath()) if context.is_proxy and skin is None else path
         time, carried_to = self._time, None
-        if "velocities" in authored.names:
+        if "velocities" in authored.names or "accelerations" in authored.names:
             time, carried_to = read_times(prim, time, self._base_time, self._report)
         level = context.level
         if level is None:

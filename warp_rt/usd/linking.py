@@ -15,9 +15,12 @@ from pxr import Sdf, Usd, UsdGeom
 
 from warp_rt.report import Report
 from warp_rt.scene import Instances
+from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.instance_places import InstancePlaces
+from warp_rt.usd.stage import OUTSIDE_MASK, is_outside_mask
 
 BAD_LINKING = "W404"
+ABSENT_MEMBER = "N946"
 
 _EXPANDED = (Usd.Tokens.expandPrims, Usd.Tokens.expandPrimsAndProperties)
 
@@ -75,22 +78,45 @@ class LinkReader:
         if Sdf.Path.IsValidPathString(path):
             prim = self._stage.GetPrimAtPath(path) or prim
         collection = Usd.CollectionAPI(prim, name)
+        if prim.GetAuthoredPropertiesInNamespace(f"collection:{name}"):
+            self._report_oddities(collection, path, code)
         if not _is_restricted(collection):
             return None
-        is_valid, reason = collection.Validate()
-        if not is_valid:
-            self._report.warn(code, path, f"the collection {name}: {' '.join(reason.split())}")
-        for target in (*collection.GetIncludesRel().GetTargets(), *collection.GetExcludesRel().GetTargets()):
-            named = self._stage.GetPrimAtPath(target.GetPrimPath())
-            if named and named.IsA(UsdGeom.Subset):
-                message = f"the collection {name} names the face subset {target}; only whole meshes count"
-                self._report.warn(code, path, message)
         held = self._held_rows(collection.ComputeMembershipQuery())
         return None if held.all() else held
 
     def holds(self, query: Usd.UsdCollectionMembershipQuery, path: str) -> bool:
         """Return whether a collection holds a light, given its path or that of a copy of it."""
         return _holds(query, map(Sdf.Path, self._places.places(path)))
+
+    def _report_oddities(self, collection: Usd.CollectionAPI, path: str, code: str) -> None:
+        """Report what a collection says in vain, or what USD holds against it."""
+        name = collection.GetName()
+        for attribute, kind in (
+            (collection.GetModeAttr(), str),
+            (collection.GetExpansionRuleAttr(), str),
+            (collection.GetIncludeRootAttr(), bool),
+            (collection.GetMembershipExpressionAttr(), Sdf.PathExpression),
+        ):
+            value = attribute.Get() if attribute else None
+            tokens = attribute.GetMetadata("allowedTokens") if kind is str else None
+            if value is not None and (not isinstance(value, kind) or (tokens and value not in tokens)):
+                what = attribute.GetName().rpartition(":")[2]
+                why = f"none of {', '.join(tokens)}" if tokens else f"no {attribute.GetTypeName()}"
+                self._report.warn(code, path, f"the collection {name}: {what} is {shown(value)}, {why}; ignored")
+        is_valid, reason = collection.Validate()
+        if not is_valid and "expansionRule" not in reason:
+            self._report.warn(code, path, f"the collection {name}: {' '.join(reason.split())}")
+        for target in (*collection.GetIncludesRel().GetTargets(), *collection.GetExcludesRel().GetTargets()):
+            named = self._stage.GetPrimAtPath(target.GetPrimPath())
+            if named and named.IsA(UsdGeom.Subset):
+                message = f"the collection {name} names the face subset {target}; only whole meshes count"
+                self._report.warn(code, path, message)
+            elif not named and is_outside_mask(self._stage, target.GetPrimPath()):
+                message = f"the collection {name} names {target}, which the mask leaves out"
+                self._report.warn(OUTSIDE_MASK, path, message)
+            elif not named or (target.IsPropertyPath() and not named.HasProperty(target.name)):
+                self._report.warn(ABSENT_MEMBER, path, f"the collection {name} names {target}, which is not there")
 
     def _held_rows(self, query: Usd.UsdCollectionMembershipQuery) -> np.ndarray:
         candidates, row = self._paths

@@ -23,7 +23,7 @@ from warp_rt.usd.normals import UNUSED_NORMALS, have_length, pose_normals, read_
 from warp_rt.usd.plain_values import PlainConstant, PlainRows, read_plain_values
 from warp_rt.usd.polygons import BAD_TOPOLOGY, Polygons
 from warp_rt.usd.primvars import Layout, read_primvars
-from warp_rt.usd.questions import UNTIMED, get_attribute, get_value
+from warp_rt.usd.questions import get_attribute, get_value
 from warp_rt.usd.skinning import pose
 from warp_rt.usd.sources import MeshSource, Source, report_unreadable
 from warp_rt.usd.subdivision import RefinedLayout, read_surface, refined_triangles
@@ -120,7 +120,7 @@ def _read_cage(source: Source, report: Report) -> Cage | None:
     holes = _read_holes(prim, size[1], time, report) if "holeIndices" in names else None
     scheme = _SCHEMES[0]
     if "subdivisionScheme" in names:
-        scheme = get_value(get_attribute(prim, "subdivisionScheme"), UNTIMED)
+        scheme = get_value(get_attribute(prim, "subdivisionScheme"), time)
     if scheme not in _SCHEMES:
         attributes = AttributeReader(prim, time, INVALID_VALUE, report)
         scheme = attributes.token("subdivisionScheme", _SCHEMES[0], _SCHEMES)

@@ -16,6 +16,7 @@ from pxr import Gf, Usd, UsdGeom
 from warp_rt.report import Report
 from warp_rt.scene import Camera
 from warp_rt.usd.arrays import float_rows, vector_rows
+from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.stage import has_rate
 
@@ -87,14 +88,19 @@ def read_times(
     if not base_time.IsDefault() and has_rate(prim.GetStage()):
         for name in dict.fromkeys(carrier for _, carrier in _carried(prim)):
             if name not in carrying:
-                _note_idle(prim, name, base_time, report)
+                what = " or ".join(carried for carried, carrier in _carried(prim) if carrier == name)
+                _note_idle(prim, name, what, base_time, report)
+        if not ("velocities" in carrying and _fit(prim, "velocities", "accelerations", base_time)):
+            _note_idle(prim, "accelerations", "velocities that carry", base_time, report)
     return (base_time, time) if carrying else (time, None)
 
 
-def _note_idle(prim: Usd.Prim, name: str, time: Usd.TimeCode, report: Report) -> None:
-    speeds = float_rows(prim.GetAttribute(name).Get(time))
-    if speeds is not None and speeds.any():
-        what = " or ".join(carried for carried, carrier in _carried(prim) if carrier == name)
+def _note_idle(prim: Usd.Prim, name: str, what: str, time: Usd.TimeCode, report: Report) -> None:
+    value = prim.GetAttribute(name).Get(time)
+    speeds = vector_rows(value, 3)
+    if speeds is None and value is not None:
+        report.warn(IDLE_VELOCITIES, prim.GetPath(), f"{name} carry nothing: {shown(value)} are no vectors")
+    elif speeds is not None and speeds.any():
         message = f"{name} carry nothing: not as many, or not with samples at the same times, as {what}"
         report.warn(IDLE_VELOCITIES, prim.GetPath(), message)
 
@@ -110,19 +116,19 @@ def carriers(prim: Usd.Prim, time: Usd.TimeCode) -> set[str]:
     """
     if time.IsDefault() or not has_rate(prim.GetStage()):
         return set()
-    found = set()
-    for carried, carrier in _carried(prim):
-        velocities = prim.GetAttribute(carrier)
-        if not velocities or not velocities.GetNumTimeSamples():
-            continue
-        points = prim.GetAttribute(carried)
-        samples = velocities.GetBracketingTimeSamples(time.GetValue())
-        if not points or samples != points.GetBracketingTimeSamples(time.GetValue()):
-            continue
-        here, speeds = float_rows(points.Get(samples[0])), float_rows(velocities.Get(samples[0]))
-        if here is not None and speeds is not None and len(here) == len(speeds) > 0:
-            found.add(carrier)
-    return found
+    return {carrier for carried, carrier in _carried(prim) if _fit(prim, carried, carrier, time)}
+
+
+def _fit(prim: Usd.Prim, carried: str, carrier: str, time: Usd.TimeCode) -> bool:
+    """Return whether an attribute can carry another from the sample at or before a time."""
+    points, velocities = prim.GetAttribute(carried), prim.GetAttribute(carrier)
+    if not (points and velocities and velocities.GetNumTimeSamples()):
+        return False
+    samples = velocities.GetBracketingTimeSamples(time.GetValue())
+    if samples != points.GetBracketingTimeSamples(time.GetValue()):
+        return False
+    here, speeds = float_rows(points.Get(samples[0])), float_rows(velocities.Get(samples[0]))
+    return here is not None and speeds is not None and len(here) == len(speeds) > 0
 
 
 def read_points(prim: Usd.Prim, time: Usd.TimeCode, carried_to: Usd.TimeCode | None) -> np.ndarray | None:

@@ -15,6 +15,7 @@ from warp_rt.usd.questions import get_type_name
 
 NOT_HANDED_DOWN = "W119"
 
+_EARLIEST = Usd.TimeCode.EarliestTime()
 _TAKERS = ("Mesh", "NurbsPatch", "BasisCurves", "NurbsCurves", "HermiteCurves")
 
 
@@ -66,7 +67,7 @@ def _takes(prim: Usd.Prim) -> bool:
     if get_type_name(prim) not in _TAKERS or prim.GetAttribute("normals").HasAuthoredValue():
         return False
     is_mesh = prim.IsA(UsdGeom.Mesh)
-    return not is_mesh or UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get() not in SUBDIVISION_SCHEMES
+    return not is_mesh or UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get(_EARLIEST) not in SUBDIVISION_SCHEMES
 
 
 def _source(prim: Usd.Prim) -> Usd.Prim:

@@ -163,7 +163,8 @@ def _fit(pieces: Pieces, points: np.ndarray, weights: np.ndarray) -> _Cubics:
         found.append(_Cubics(np.flatnonzero(is_exact), np.zeros(len(elevated)), np.ones(len(elevated)), elevated))
     piece = np.flatnonzero(~is_exact)
     start, end = np.zeros(len(piece)), np.ones(len(piece))
-    allowed = FIT_TOLERANCE * np.linalg.norm(np.ptp(points, axis=1), axis=1)
+    with np.errstate(invalid="ignore"):  # points that are not finite are told where they are drawn
+        allowed = FIT_TOLERANCE * np.linalg.norm(np.ptp(points, axis=1), axis=1)
     for halving in range(_MAX_HALVINGS + 1):
         values, slopes = zip(*(_rational_basis(pieces, weights, piece, at) for at in (start, end)), strict=True)
         third = ((end - start) / 3)[:, None]
@@ -220,9 +221,9 @@ def _read_ranges(
     domain[is_curve] = knots[np.stack([at + orders[is_curve] - 1, at + lengths[is_curve]], axis=1)]
     value = schema.GetRangesAttr().Get(time)
     ranges = double_rows(value, 2)
-    if ranges is None or not len(ranges):
+    if value is None or not (ranges is None or len(ranges)):
         return domain
-    if len(ranges) != len(lengths) or not np.isfinite(ranges).all():
+    if ranges is None or len(ranges) != len(lengths) or not np.isfinite(ranges).all():
         report.warn(BAD_CURVES, schema.GetPath(), "ranges do not fit curveVertexCounts: the knots' domains are taken")
         return domain
     cut = np.clip(ranges, domain[:, :1], domain[:, 1:])

@@ -23,7 +23,12 @@ IDLE_SAMPLES = "N944"
 ASKED_FOR_PROPERTIES = 1000
 """Prims whose properties are looked through."""
 
-_SETTINGS = ("RenderSettings", "RenderProduct", "RenderVar", "RenderPass")  # relationships of which are W523's
+_SETTINGS = (
+    "RenderSettings",
+    "RenderProduct",
+    "RenderVar",
+    "RenderPass",
+)  # whose attributes for relationships are W523's
 # Whose connections are followed, or told where they are read.
 _PORT = re.compile("inputs:|outputs:|info:|primvars:")
 # What USD itself asks for at no time, where samples are not looked at.
@@ -32,8 +37,10 @@ _ASKED_WITHOUT_TIME = re.compile(
 )
 # What metadata say something of: interpolation, elementSize, colorSpace, bindMaterialAs.
 _WITH_METADATA = re.compile("primvars:|inputs:|normals$|widths$|material:binding")
-# A relationship, whether the prim's schemas hold it or not.
+# What is of one kind, whether the prim's schemas hold it or not.
 _BINDING = re.compile("material:binding")
+_ALWAYS_ATTRIBUTE = re.compile("primvars:|xformOp|inputs:")
+_ATTRIBUTE, _RELATIONSHIP = "an attribute", "a relationship"
 
 
 def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameReporter, report: Report) -> None:
@@ -51,8 +58,9 @@ def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameR
         if _WITH_METADATA.match(name):
             unknown.add_metadata(item)
         is_port = bool(_PORT.match(name))
-        if not (is_setting or is_port) and (kinds := _wrong_kind(item)):
-            report.warn(WRONG_KIND, item.GetPath(), f"it is {kinds[0]}, but {kinds[1]} by USD's schema; ignored")
+        if (kind := _wrong_kind(item)) and not (is_setting and kind == _RELATIONSHIP):
+            is_a = _ATTRIBUTE if kind == _RELATIONSHIP else _RELATIONSHIP
+            report.warn(WRONG_KIND, item.GetPath(), f"it is {is_a}, but {kind} by USD's schema; ignored")
         elif isinstance(item, Usd.Attribute):
             if _ASKED_WITHOUT_TIME.match(name) and _has_samples_alone(item):
                 message = "it has time samples alone, but USD asks for its value at no time: they do not count"
@@ -63,16 +71,17 @@ def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameR
                 report.warn(CONNECTED_PRIMVAR, item.GetPath(), message)
 
 
-def _wrong_kind(item: Usd.Property) -> tuple[str, str] | None:
-    """Return what a property is and what USD's schema has it for; None where these are one."""
-    attribute, relationship = "an attribute", "a relationship"
+def _wrong_kind(item: Usd.Property) -> str:
+    """Return what USD's schema has a property for that is something else; empty: it is what it has to be."""
     if isinstance(item, Usd.Relationship):
+        if _ALWAYS_ATTRIBUTE.match(item.GetName()):
+            return _ATTRIBUTE
         is_wrong = not item.HasAuthoredTargets() and _is_declared_as(item, Sdf.AttributeSpec)
-        return (attribute, relationship) if is_wrong else None
+        return _RELATIONSHIP if is_wrong else ""
     if _BINDING.match(item.GetName()):
-        return attribute, relationship
+        return _RELATIONSHIP
     is_wrong = not item.HasAuthoredValue() and _is_declared_as(item, Sdf.RelationshipSpec)
-    return (relationship, attribute) if is_wrong else None
+    return _ATTRIBUTE if is_wrong and not item.GetName().startswith("outputs:") else ""
 
 
 def _is_declared_as(item: Usd.Property, kind: type[Sdf.PropertySpec]) -> bool:

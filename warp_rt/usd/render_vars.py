@@ -17,6 +17,7 @@ from warp_rt.report import Report
 from warp_rt.scene import RenderVar
 from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.context import SHOWN
+from warp_rt.usd.setting_values import steady_value
 
 UNKNOWN_VAR = "W525"
 OTHER_TYPE = "N941"
@@ -58,7 +59,7 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
         report.warn(UNKNOWN_VAR, path, "is named as a render var, but is no RenderVar that is active; left out")
         return None
     schema = UsdRender.Var(prim)
-    kind, name = str(schema.GetSourceTypeAttr().Get()), str(schema.GetSourceNameAttr().Get() or "")
+    kind, name = str(steady_value(schema.GetSourceTypeAttr())), str(steady_value(schema.GetSourceNameAttr()) or "")
     # Exporters that leave the name to the prim, or write the type in its place.
     name = prim.GetName() if name in ("", "raw") and kind == "raw" else name
     aov = _aov_of(kind, name)
@@ -67,7 +68,7 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
         return None
     layer = prim.GetAttribute(LAYER_NAME).Get() if prim.HasAttribute(LAYER_NAME) else None
     data_type = schema.GetDataTypeAttr()
-    asked = str(data_type.Get())
+    asked = str(steady_value(data_type))
     if data_type.HasAuthoredValue() and not _is_type_of(asked, aov):
         what, count = "whole number" if aov in _IDS else "float", _COMPONENTS.get(aov, (0,))[0]
         number = f"{count} {what}s" if count > 1 else f"a {what}" if count else f"{what}s"

@@ -10,7 +10,10 @@ from dataclasses import dataclass
 from pxr import Usd, UsdGeom, UsdSemantics, Vt
 
 from warp_rt.report import Report
+from warp_rt.usd.attribute_values import shown
+from warp_rt.usd.color_spaces import UNKNOWN_COLOR_SPACE
 from warp_rt.usd.lights import is_light
+from warp_rt.usd.mesh import INVALID_VALUE
 from warp_rt.usd.questions import get_authored_type_name, get_type_info, get_type_name
 
 MOTION_SCALE = "W423"
@@ -107,6 +110,10 @@ def report_ignored(prim: Usd.Prim, schemas: Sequence[str], report: Report) -> No
     """Report the applied schemas that do not count."""
     if "MotionAPI" in schemas:
         _report_motion_scales(prim, report)
+    if "ColorSpaceAPI" in schemas:
+        name = prim.GetAttribute("colorSpace:name").Get()
+        if name is not None and not isinstance(name, str):
+            report.warn(UNKNOWN_COLOR_SPACE, prim.GetPath(), f"colorSpace:name is {shown(name)}, no token; ignored")
 
 
 def _report_motion_scales(prim: Usd.Prim, report: Report) -> None:
@@ -117,13 +124,18 @@ def _report_motion_scales(prim: Usd.Prim, report: Report) -> None:
             report.warn(MOTION_SCALE, prim.GetPath(), f"{name} = {scale} is ignored: blurred as it moves")
 
 
-def read_labels(prim: Usd.Prim, schemas: Sequence[str], time: Usd.TimeCode) -> dict[str, tuple[str, ...]]:
+def read_labels(
+    prim: Usd.Prim, schemas: Sequence[str], time: Usd.TimeCode, report: Report
+) -> dict[str, tuple[str, ...]]:
     """Return the semantic labels of a prim, by taxonomy."""
     found: dict[str, tuple[str, ...]] = {}
     if not any(schema.startswith(_LABELS) for schema in schemas):
         return found
     for taxonomy in UsdSemantics.LabelsAPI.GetDirectTaxonomies(prim):
         labels = UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get(time)
-        if isinstance(labels, Vt.TokenArray | Vt.StringArray) and labels:
+        if not isinstance(labels, Vt.TokenArray | Vt.StringArray | None):
+            message = f"semantics:labels:{taxonomy} is {shown(labels)}, no array of tokens; ignored"
+            report.warn(INVALID_VALUE, prim.GetPath(), message)
+        elif labels:
             found[str(taxonomy)] = tuple(str(label) for label in labels)
     return found

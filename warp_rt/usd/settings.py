@@ -99,10 +99,10 @@ def read_settings(stage: Usd.Stage, report: Report, path: str | None = None) -> 
         products.append(
             Product(
                 str(product.GetPath()),
-                _name_at(product, Usd.TimeCode.Default()),
+                _name_at(product, Usd.TimeCode.Default(), report),
                 replace(said, path=str(product.GetPath()), resolution=said.resolution or _RESOLUTION),
                 tuple(variable for variable in variables if variable is not None),
-                tuple((time, _name_at(product, time)) for time in product.GetAttribute(_NAME).GetTimeSamples()),
+                tuple((time, _name_at(product, time, report)) for time in product.GetAttribute(_NAME).GetTimeSamples()),
             )
         )
     reader.report_unknown()
@@ -120,7 +120,7 @@ def _raster_products(settings: Usd.Prim, report: Report) -> list[Usd.Prim]:
     found = []
     for path in _targets(settings, "products", report):
         product = UsdRender.Product(settings.GetStage().GetPrimAtPath(path))
-        kind = product.GetProductTypeAttr().Get() if product else ""
+        kind = steady_value(product.GetProductTypeAttr()) if product else ""
         if not product or not SHOWN(product.GetPrim()):
             report.warn(IGNORED_PRODUCT, path, "is named as a product, but is no RenderProduct that is active")
         elif str(kind) != "raster":
@@ -139,8 +139,12 @@ def _targets(prim: Usd.Prim, name: str, report: Report) -> Sequence[Sdf.Path]:
         return ()
 
 
-def _name_at(product: Usd.Prim, time: Usd.TimeCode | float) -> str:
-    return str(product.GetAttribute(_NAME).Get(time) or "")
+def _name_at(product: Usd.Prim, time: Usd.TimeCode | float, report: Report) -> str:
+    value = product.GetAttribute(_NAME).Get(time)
+    if not isinstance(value, str | None):
+        report.warn(INVALID_SETTING, product.GetPath(), f"{_NAME} is {shown(value)}, no text; ignored")
+        return ""
+    return str(value or "")
 
 
 def _settings_of(reader: _Reader, prim: Usd.Prim) -> Settings:
@@ -175,7 +179,7 @@ def settings_of_pass(stage: Usd.Stage, path: str, report: Report) -> str:
     targets = _targets(prim, "renderSource", report)
     if not targets:
         raise SceneError(f"{source}: the render pass {path} names no renderSource")
-    file = UsdRender.Pass(prim).GetFileNameAttr().Get()
+    file = steady_value(UsdRender.Pass(prim).GetFileNameAttr())
     if file:
         message = f"fileName {shown(str(file))} is not opened: renderSource is taken of this stage"
         report.warn(IGNORED_SETTING, path, message)

@@ -238,6 +238,9 @@ class SkinReader:
             offsets = _rows(between.GetOffsets() if between else shape.GetOffsetsAttr().Get())
             normals = _rows(between.GetNormalOffsets() if between else shape.GetNormalOffsetsAttr().Get())
             rows = integers(shape.GetPointIndicesAttr().Get())
+            if normals is not None and not np.isfinite(normals).all():
+                self._report.warn(REST_POSE, shape.GetPath(), "its normalOffsets are not all finite: left out")
+                normals = None
             if offsets is None:
                 name = between.GetAttr().GetName() if between else "offsets"
                 self._report.warn(REST_POSE, shape.GetPath(), f"it has no {name} of no time: left out")
@@ -255,7 +258,8 @@ def _sum_of_offsets(count: int, moves: list[tuple[float, np.ndarray | None, np.n
         rows = np.arange(len(offsets)) if rows is None else rows
         shared = min(len(rows), len(offsets))
         inside = (rows[:shared] >= 0) & (rows[:shared] < count)
-        np.add.at(total, rows[:shared][inside], weight * offsets[:shared][inside].astype(np.float64))
+        with np.errstate(invalid="ignore"):  # points that are not finite are told where they are drawn
+            np.add.at(total, rows[:shared][inside], weight * offsets[:shared][inside].astype(np.float64))
     return total
 
 

@@ -17,6 +17,7 @@ from warp_rt.splines.patch import Patch
 from warp_rt.splines.pieces import MAX_ORDER, find_pieces
 from warp_rt.splines.trim import CrossingLoopsError, Rings, find_regions
 from warp_rt.usd.arrays import double_rows, doubles, integers
+from warp_rt.usd.attribute_values import shown
 
 BAD_TRIM = "W142"
 
@@ -36,10 +37,14 @@ def read_regions(
         time: When the attributes are read.
         report: Takes the diagnostics.
     """
-    counts = integers(schema.GetTrimCurveCountsAttr().Get(time))
-    if counts is None or not len(counts):
+    value, path = schema.GetTrimCurveCountsAttr().Get(time), schema.GetPath()
+    counts = integers(value)
+    if counts is None:
+        if value is not None:
+            report.warn(BAD_TRIM, path, f"not trimmed: trimCurve:counts is {shown(value)}, no whole numbers")
         return None
-    path = schema.GetPath()
+    if not len(counts):
+        return None
     orders = integers(schema.GetTrimCurveOrdersAttr().Get(time))
     if orders is not None and orders.max(initial=0) > MAX_ORDER:
         report.warn(BAD_TRIM, path, f"not trimmed: a curve's order is {orders.max()}, above {MAX_ORDER}")

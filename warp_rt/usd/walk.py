@@ -403,7 +403,7 @@ class StageWalk:
 
     def _read_schemas(self, prim: Usd.Prim, schemas: Sequence[str]) -> None:
         report_ignored(prim, schemas, self._report)
-        labels = read_labels(prim, schemas, self._time)
+        labels = read_labels(prim, schemas, self._time, self._report)
         if labels:
             self.labels[str(get_path(prim))] = labels
 
