@@ -802,6 +802,14 @@ def test_the_specular_weight_is_none_of_a_metals():
     assert (material.use_specular_workflow, material.inputs["ior"].value[0]) == (False, 1.75)
 
 
+def test_values_of_a_wrong_type_are_told_once():
+    """Also those that are looked at for what else they decide about, as the weight of a coat."""
+    names = ("coat_IOR", "coat_color", "sheen", "specular", "transmission")
+    body = "\n".join(["float inputs:coat = 1", *(f'string inputs:{name} = "1"' for name in names)])
+    _, _, found = surface("ND_standard_surface_surfaceshader", body)
+    assert sorted(d.prim.rpartition(":")[2] for d in found if d.code == "W306") == list(names)
+
+
 def test_a_coat_of_gltf_has_an_index_of_its_own():
     body = "float inputs:metallic = 0\nfloat inputs:ior = 2\nfloat inputs:clearcoat = 1"
     material, _, _ = surface("ND_gltf_pbr_surfaceshader", body)

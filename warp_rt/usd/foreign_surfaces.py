@@ -139,13 +139,22 @@ class ForeignReader:
         """Return whether an input does anything that is lost."""
         if loss.of and self._said(shader, loss.of, surface.default_of(loss.of, 1.0)) == (0.0,):
             return False
-        said = self._said(shader, name, loss.neutral if loss.default is None else loss.default)
+        said = self._said(shader, name, loss.neutral if loss.default is None else loss.default, is_told=True)
         if loss.same_as:
             return said != self._said(shader, loss.same_as, surface.default_of(loss.same_as, loss.neutral))
         return isinstance(said, Sdf.Path) or any(number != loss.neutral for number in said)
 
-    def _said(self, shader: UsdShade.Shader, name: str, default: Color | float) -> Sdf.Path | tuple[float, ...]:
-        """Return the output that an input is connected to, or its numbers; the surface's own normal says nothing."""
+    def _said(
+        self, shader: UsdShade.Shader, name: str, default: Color | float, *, is_told: bool = False
+    ) -> Sdf.Path | tuple[float, ...]:
+        """Return the output that an input is connected to, or its numbers; the surface's own normal says nothing.
+
+        Args:
+            shader: The surface.
+            name: Of the input.
+            default: What counts where it says nothing.
+            is_told: Whether what is no number is told here: of inputs that count it is told where they are read.
+        """
         port = shader.GetInput(name)
         source = find_source(port, self._report) if port else None
         if isinstance(source, Node):
@@ -154,7 +163,7 @@ class ForeignReader:
             source = None
         value = source.Get(self._time) if source else None
         found = numbers(value)
-        if source and value is not None and found is None:
+        if is_told and source and value is not None and found is None:
             warn_type(source, value, "not finite numbers", self._report)
         return found or (default if isinstance(default, tuple) else (default,))
 
