@@ -98,7 +98,7 @@ def read_times(
 def _note_idle(prim: Usd.Prim, name: str, what: str, time: Usd.TimeCode, report: Report) -> None:
     value = prim.GetAttribute(name).Get(time)
     speeds = vector_rows(value, 3)
-    if speeds is None and value is not None:
+    if speeds is None and value is not None and get_type_name(prim) != "PointInstancer":  # whose arrays are W120's
         report.warn(IDLE_VELOCITIES, prim.GetPath(), f"{name} carry nothing: {shown(value)} are no vectors")
     elif speeds is not None and speeds.any():
         message = f"{name} carry nothing: not as many, or not with samples at the same times, as {what}"
