@@ -108,7 +108,7 @@ def test_bug_is_one_line_and_a_traceback_only_when_asked_for(monkeypatch, capfd)
         (["render", "a.usda", "--background", "1,2"], "--background: R,G,B expected"),
         (["render", "a.usda", "--ambient", "nan"], "ambient"),
         (["render", "a.usda", "--exposure", "1000"], "exposure: 1000.0 is outside"),
-        (["render", "a.usda", "--frames", "1:2:3"], "--frames: '1:2:3' is none of"),
+        (["render", "a.usda", "--frames", "1:2:3"], "--frames: '1:2:3' is written like none of"),
         (["render", "a.usda", "--frames", "1:2", "--default-time"], "--default-time: not together with --frames\n"),
         (["render", "a.usda", "--frames", "1:2", "-o", "a.png"], "exactly one placeholder"),
         (["render", "a.usda", "-o", "a.##.png"], "needs --frames"),
