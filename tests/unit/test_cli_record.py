@@ -104,6 +104,14 @@ def test_the_camera_light_shines_beside_others_and_can_be_put_out(stage, capfd):
     assert values == pytest.approx([1.0, 0.5], abs=2e-3)  # sun: 0.5 of grey, camera light as much again
 
 
+def test_a_stage_without_lights_is_dark_when_the_camera_light_is_put_out(stage, capfd):
+    assert record("wall.usda", "a.png", "-w", "32", "--disableCameraLight", "--json") == 0
+    notes = {note["code"] for note in json.loads(capfd.readouterr().out)["notes"]}
+    assert notes == {"N903", "N945"}  # N902 would be a headlight
+    with Image.open("a.png") as image:
+        assert not np.array(image)[..., :3].any()
+
+
 def test_domes_light_but_show_only_when_asked(stage, capfd):
     stage.write_text(STAGE.replace("CAMERA", MAIN.replace("10)", "100)")).replace("LIGHT", DOME))
     alphas = []

@@ -106,10 +106,13 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
         camera = _camera(scene, args.camera, options)
         if not args.show_domes:
             scene = replace(scene, domes=tuple(replace(dome, is_visible=False) for dome in scene.domes))
-        if args.camera_light:
-            from warp_rt.rendering.headlight import headlight
+        from warp_rt.rendering.headlight import headlight
 
-            scene = replace(scene, lights=(*scene.lights, headlight(camera)))
+        light = headlight(camera)
+        if args.camera_light:
+            scene = replace(scene, lights=(*scene.lights, light))
+        elif not scene.lights and not scene.domes:  # the light is there, but out: so no other steps in
+            scene = replace(scene, lights=(replace(light, radiance=(0.0, 0.0, 0.0)),))
         return scene, camera
 
     told: set[str] = set()
