@@ -5,6 +5,10 @@
 Functions can be had from their file, ``from warp_rt.kernels.vector import reflect``, or from here,
 ``from warp_rt.kernels import reflect``; the files are loaded when first asked for. Where a file has the name of a
 function in it, that name is the function here; of any other file it is the file.
+
+A kernel of one's own compiles them with the options of its own module. Those of the kernels here are
+``wp.set_module_options({"enable_backward": False, "fuse_fp": False})``: with fused products no triangle test is
+watertight.
 """
 
 from importlib import import_module
