@@ -172,6 +172,15 @@ def test_heights_beyond_all_bounds_do_no_harm() -> None:
     assert np.isfinite(moved.points).all()
 
 
+def test_points_of_no_triangle_stay() -> None:
+    """The first and the last; one where another is used goes with it."""
+    square, triangles = grid(1)
+    points = np.concatenate([[[9, 9, 9]], square, [[8, 8, 8]], square[:1]]).astype(np.float32)
+    moved = displaced(Mesh(points, triangles + 1), [ONE], {}, (), ()).points
+    np.testing.assert_array_equal(moved[1:5], square + np.array([0, 0, 1]))
+    np.testing.assert_array_equal(moved[[0, 5]], points[[0, 5]])
+
+
 def test_collapsed_faces_keep_a_normal() -> None:
     """A sphere displaced into its centre."""
     points, triangles = octasphere(1)

@@ -425,6 +425,8 @@ def test_singular_transform_is_named(matrix):
         ("SphereLight", "float inputs:radius = 0"),
         ("RectLight", "float inputs:width = 0"),
         ("RectLight", "float inputs:exposure = 5000"),
+        ("RectLight", "float inputs:exposure = 100"),
+        ("DomeLight", "float inputs:intensity = 1e30"),
     ],
 )
 def test_lights_without_area_or_bounds_are_named(kind, inputs):

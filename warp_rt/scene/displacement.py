@@ -61,7 +61,7 @@ def displaced(
     place = _places(mesh, triangles, weighted)
     at = place[triangles]
     directions = _corner_normals(mesh, weighted)
-    along = _sums(at, directions)
+    along = _sums(at, directions, int(place.max(initial=-1)) + 1)  # points of no triangle have a place, too, and stay
     total = np.bincount(at.reshape(-1), np.linalg.norm(directions, axis=2).reshape(-1), len(along))
     along[np.abs(along).max(axis=1) <= _OPPOSITE * total] = 0  # what is left where all cancel is rounding
     along = _unit(along)

@@ -11,7 +11,7 @@ from warp_rt.report import Report
 from warp_rt.scene import Dome
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.dome_layouts import LAYOUTS, rotation_and_stretch
-from warp_rt.usd.light_inputs import INVALID_LIGHT, Images, emission, multipliers, read_shadow
+from warp_rt.usd.light_inputs import Images, emission, multipliers, read_shadow, shines
 
 DOME_LAYOUT = "W411"
 
@@ -47,8 +47,7 @@ def read_dome(
         if pole == "Z" or (pole == "scene" and UsdGeom.GetStageUpAxis(prim.GetStage()) == UsdGeom.Tokens.z):
             matrix = matrix @ _Z_POLE
     radiance = emission(attributes, from_rec709)
-    if not np.isfinite(radiance).all():
-        report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
+    if not shines(radiance, path, report):
         return None
     image, is_srgb = -1, False
     asset = attributes.asset("inputs:texture:file")

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 from pxr import Sdf, Usd, UsdLux
 
+from warp_rt.report import Report
 from warp_rt.scene import Shadow
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.dome_layouts import Stretch
@@ -20,6 +21,10 @@ from warp_rt.usd.rendering_space import product
 
 INVALID_LIGHT = "W409"
 OUT_OF_RANGE = "W415"
+
+LARGEST_RADIANCE = 2.0**80
+"""Of a light or a dome: with multiplier, texel and solid angle its sums stay far below float32's largest number."""
+_LARGEST_MULTIPLIER = 2.0**20
 
 # What UsdLux.BlackbodyTemperatureAsRgb knows [K]; others count as the nearer end.
 _TEMPERATURES = 1000.0, 10000.0
@@ -50,9 +55,19 @@ def emission(attributes: AttributeReader, from_rec709: np.ndarray | None) -> np.
         return intensity * np.exp2(exposure) * color
 
 
+def shines(radiance: np.ndarray, path: Sdf.Path, report: Report) -> bool:
+    """Return whether a radiance, shape [3], can be computed with; else it is told that the light is left out."""
+    if (np.abs(radiance) <= LARGEST_RADIANCE).all():
+        return True
+    report.warn(INVALID_LIGHT, path, f"the radiance is not finite, or beyond {LARGEST_RADIANCE:.2g}; left out")
+    return False
+
+
 def multipliers(attributes: AttributeReader) -> tuple[float, float]:
     """Return by how much diffuse and specular reflection are multiplied."""
-    return attributes.number("inputs:diffuse", 1.0), attributes.number("inputs:specular", 1.0)
+    low, high = -_LARGEST_MULTIPLIER, _LARGEST_MULTIPLIER
+    diffuse = attributes.within("inputs:diffuse", 1.0, low, high, OUT_OF_RANGE)
+    return diffuse, attributes.within("inputs:specular", 1.0, low, high, OUT_OF_RANGE)
 
 
 def read_shadow(attributes: AttributeReader) -> Shadow:

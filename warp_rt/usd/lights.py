@@ -33,6 +33,7 @@ from warp_rt.usd.light_inputs import (
     multipliers,
     read_shadow,
     read_shaping,
+    shines,
 )
 from warp_rt.usd.light_omissions import report_ignored
 from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
@@ -243,8 +244,7 @@ def _read_shape(
             return None
         divisor = area if is_normalized else 1.0
     radiance = emitted / divisor * (mesh.density if mesh else 1.0)
-    if not np.isfinite(radiance).all():
-        report.warn(INVALID_LIGHT, path, "the radiance is not finite; the light is left out")
+    if not shines(radiance, path, report):
         return None
     diffuse, specular = multipliers(attributes)
     focus, focus_tint, cone_angle, cone_softness = (
