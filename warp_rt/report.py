@@ -82,6 +82,11 @@ def _folded(records: tuple[Diagnostic, ...]) -> Iterator[Diagnostic]:
             yield record
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, which takes an s but for one."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
 def one_line(message: object) -> str:
     """Return a message as one line: control characters, which file and prim names may hold, become escapes."""
     text = str(message)

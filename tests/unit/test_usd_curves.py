@@ -192,7 +192,7 @@ def test_curves_at_one_place_are_told_beside_others(wrap: str) -> None:
     )
     assert set(shapes_of(scene).face_ids) == {0}
     (told,) = [record for record in scene.diagnostics if record.prim == "/c"]
-    assert (told.code, told.message) == ("W117", "1 curves left out: their points are all at one place")
+    assert (told.code, told.message) == ("W117", "1 curve left out: all points at one place")
 
 
 def test_splines_that_run_below_0_between_widths_are_no_fault() -> None:

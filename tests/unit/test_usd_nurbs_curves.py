@@ -160,7 +160,7 @@ def test_orders_above_the_bound_are_left_out_and_told(order: int) -> None:
     )
     if order > 32:
         assert [record.message for record in scene.diagnostics if record.code == "W117"] == [
-            "1 curves left out: their order is above 32"
+            "1 curve left out: an order above 32"
         ]
         assert scene.meshes == ()
     else:

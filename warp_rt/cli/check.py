@@ -16,7 +16,7 @@ from warp_rt.cli.stage_input import as_product, open_refined_stage, open_stage
 from warp_rt.cli.strict import refuse_warnings
 from warp_rt.cli.terminal import Terminal, one_line
 from warp_rt.options import PRODUCT_PURPOSES, RenderOptions
-from warp_rt.report import Diagnostic
+from warp_rt.report import Diagnostic, counted
 
 if TYPE_CHECKING:
     from warp_rt.scene.source import SceneSource
@@ -63,13 +63,9 @@ def run(args: argparse.Namespace, terminal: Terminal) -> int:
             terminal.data(one_line(record) + ("" if frame == shots[0].time else f" (from frame {frame:g} on)"))
     if args.strict:
         refuse_warnings(args.scene, found, are_told=True)
-    counts = (_counted(warning_count, "warning"), _counted(len(found) - warning_count, "note"))
+    counts = (counted(warning_count, "warning"), counted(len(found) - warning_count, "note"))
     terminal.info(f"{args.scene}: {', '.join(counts)}")
     return 0
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _foreseen(

@@ -8,6 +8,7 @@ from typing import Any
 
 from warp_rt.cli.columns import in_columns
 from warp_rt.cli.terminal import Terminal
+from warp_rt.report import counted
 
 _COLUMNS = {
     "primary": ("", "primary"),
@@ -39,7 +40,7 @@ def ray_table(rays: dict[str, Any]) -> str:
     rows = list(zip(("", "depth"), *_COLUMNS.values(), strict=True))
     rows += [(str(level["depth"]), *(_number(level[key]) for key in _COLUMNS)) for level in levels]
     rows.append(("all", *(_number(rays[key]) for key in _COLUMNS)))
-    told = [f"{rays[key]:,} {noun}{'' if rays[key] == 1 else 's'}" for key, noun in _EVENTS.items() if rays[key]]
+    told = [counted(rays[key], noun) for key, noun in _EVENTS.items() if rays[key]]
     return "\n".join([in_columns(rows), *([", ".join(told)] if told else [])])
 
 

@@ -9,7 +9,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warp_rt.report import Diagnostic
+from warp_rt.report import Diagnostic, counted
 
 if TYPE_CHECKING:
     from warp_rt.rendering.film import Film
@@ -88,14 +88,14 @@ def summary_line(run: dict[str, Any], *, has_legend: bool = False) -> str:
     """
     seconds = run["seconds"]
     rays = sum(run["rays"][kind] for kind in _TRACED)
-    where = run["device"] if run["device"] != "cpu" else f"cpu, {_counted(run['threads'], 'thread')}"
+    where = run["device"] if run["device"] != "cpu" else f"cpu, {counted(run['threads'], 'thread')}"
     sizes = {(frame["width"], frame["height"]) for frame in run.get("frames", [run])}
     size = f"{run['width']} x {run['height']}" if len(sizes) == 1 else f"{len(sizes)} sizes"
     if has_legend:
         size = f"costs of {size} pixels"
     return (
         f"{_named(run['outputs'])}: {size}, {run['spp']} spp, "
-        f"{_geometry(run)}, {_counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
+        f"{_geometry(run)}, {counted(rays, 'ray')} in {seconds['render']:.2f} s on {where}; "
         f"{seconds['total']:.2f} s in all"
     )
 
@@ -111,11 +111,7 @@ def _named(files: Sequence[str]) -> str:
 def _geometry(run: dict[str, Any]) -> str:
     """Return how many primitives there are; kinds of which there are none are left out, but not both."""
     counts = [(run["triangles"], "triangle"), (run["shapes"], "shape")]
-    return ", ".join(_counted(count, noun) for count, noun in counts if count) or _counted(0, "triangle")
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+    return ", ".join(counted(count, noun) for count, noun in counts if count) or counted(0, "triangle")
 
 
 def sum_rays(counts: Sequence[dict[str, Any]]) -> dict[str, Any]:

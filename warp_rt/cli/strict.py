@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from warp_rt.cli.parser import Parser
 from warp_rt.errors import SceneError
-from warp_rt.report import Diagnostic
+from warp_rt.report import Diagnostic, counted
 
 
 def add_strict(parser: Parser) -> None:
@@ -29,6 +29,6 @@ def refuse_warnings(scene: str, records: Iterable[Diagnostic], *, are_told: bool
     """
     warnings = [record for record in records if record.is_warning]
     if warnings:
-        count = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings"
+        count = counted(len(warnings), "warning")
         first = "" if are_told else f"{', the first' if len(warnings) > 1 else ''}: {warnings[0]}"
         raise SceneError(f"{scene}: --strict: {count}{first}")

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from warp_rt.report import counted
 from warp_rt.stand_ins import shown_path
 from warp_rt.tree.nodes import Color, Fate, LightTerm, Place, RayKind, TreeNode
 from warp_rt.tree.numbers import color, number, percent, point
@@ -73,16 +74,16 @@ def heading(tree: PixelTree) -> list[Line]:
 def _counts(tree: PixelTree) -> str:
     counts = tree.counts
     parts = [
-        _plural(counts["nodes"], "node"),
-        _plural(counts["reflection"], "reflection"),
-        _plural(counts["refraction"], "refraction"),
-        _plural(counts["shadow"], "shadow ray"),
+        counted(counts["nodes"], "node"),
+        counted(counts["reflection"], "reflection"),
+        counted(counts["refraction"], "refraction"),
+        counted(counts["shadow"], "shadow ray"),
         f"deepest level {counts['deepest']} of {tree.depth}",
     ]
     if counts["passage"]:
         parts.append(f"{counts['passage']} passed straight on")
     if counts["total_internal_reflection"]:
-        parts.append(_plural(counts["total_internal_reflection"], "total internal reflection"))
+        parts.append(counted(counts["total_internal_reflection"], "total internal reflection"))
     for reason in ("threshold", "depth"):
         if counts[f"dropped_by_{reason}"]:
             parts.append(f"{counts[f'dropped_by_{reason}']:,} dropped by {reason}")
@@ -127,7 +128,7 @@ def hidden_title(node: TreeNode, whole: Color) -> tuple[Span, ...]:
     share = percent(share_of(node.subtree_contribution, whole))
     levels = f"level {node.depth}" if node.deepest == node.depth else f"levels {node.depth} to {node.deepest}"
     text = (
-        f" #{node.index}, {_plural(node.size, 'node')} on {levels}, not shown: adds {color(node.subtree_contribution)}"
+        f" #{node.index}, {counted(node.size, 'node')} on {levels}, not shown: adds {color(node.subtree_contribution)}"
     )
     return ((KIND_NAMES[node.kind], KIND_STYLES[node.kind]), (text + (f" ({share})" if share else ""), "dim"))
 
@@ -178,7 +179,7 @@ def _local(node: TreeNode) -> list[Line]:
         behind = sum(not light.is_facing for light in rest)
         shadowed = sum(light.is_facing and not any(light.visible) for light in rest)
         total = color(_sum(light.total for light in rest))
-        what = f"{_plural(len(rest), 'more light')}: {behind} behind the surface, {shadowed} in shadow, add {total}"
+        what = f"{counted(len(rest), 'more light')}: {behind} behind the surface, {shadowed} in shadow, add {total}"
         lines.append((2, ((what, "dim"),)))
     return lines
 
@@ -207,7 +208,7 @@ def _light(light: LightTerm) -> list[Line]:
     about = f"N.L = {number(light.cosine)}, I_l = {color(light.color)}"
     if not light.has_shadow_ray:
         return [(2, (name, (f" casts no shadow, {about}", ""))), (4, ((_terms(light), ""),))]
-    taken = f", {_plural(light.samples, 'sample')}" if light.samples else ""
+    taken = f", {counted(light.samples, 'sample')}" if light.samples else ""
     lines: list[Line] = [(2, (name, (f" S = {color(light.visible)}, {about}{taken}", "")))]
     if any(light.visible):
         if light.crossings:
@@ -281,7 +282,3 @@ def _sum(colors: Iterable[Color]) -> Color:
     for r, g, b in colors:
         red, green, blue = red + r, green + g, blue + b
     return red, green, blue
-
-
-def _plural(count: int, noun: str) -> str:
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"

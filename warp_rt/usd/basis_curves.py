@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from pxr import Usd
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.usd.attribute_values import AttributeReader
 from warp_rt.usd.curve_layout import Blend, ShapeLayout, curve_counts, ragged, starts
 from warp_rt.usd.mesh import INVALID_VALUE
@@ -54,7 +54,9 @@ def lay_out_basis_curves(
     dropped = is_short | (is_uneven & (step > 1))
     if dropped.any():
         what = "linear" if is_linear else f"{wrap} {basis}"
-        report.warn(BAD_CURVES, prim.GetPath(), f"{dropped.sum()} curves left out: their points make no {what} curve")
+        report.warn(
+            BAD_CURVES, prim.GetPath(), f"{counted(dropped.sum(), 'curve')} left out: points that make no {what} curve"
+        )
     segments = np.where(dropped, 0, fitting)
     curve, along = ragged(segments)
     first, count = starts(lengths)[curve], lengths[curve]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.scene import Primvar, ShapeKind, Shapes
 from warp_rt.usd.arrays import float_rows, integers, vector_rows
 from warp_rt.usd.basis_curves import BAD_CURVES, lay_out_basis_curves
@@ -71,7 +71,7 @@ def read_shapes(
     is_usable = (np.abs(controls) + radii[:, :, None] <= MAX_COORDINATE).all(axis=(1, 2))
     if not is_usable.all():
         what = f"points or widths are not finite, or beyond {MAX_COORDINATE:g}"
-        report.warn(BAD_CURVES, path, f"{(~is_usable).sum()} parts left out: {what}")
+        report.warn(BAD_CURVES, path, f"{counted((~is_usable).sum(), 'part')} left out: {what}")
     # What has no width is not seen, and what has no length lies in its neighbours' ends.
     with np.errstate(invalid="ignore"):
         has_length = (np.ptp(controls, axis=1) > 0).any(axis=1) | (controls.shape[1] == 1)
@@ -82,7 +82,7 @@ def read_shapes(
         return None
     points_alone = np.setdiff1d(layout.curve[has_width], layout.curve[kept])
     if len(points_alone):
-        report.warn(BAD_CURVES, path, f"{len(points_alone)} curves left out: their points are all at one place")
+        report.warn(BAD_CURVES, path, f"{counted(len(points_alone), 'curve')} left out: all points at one place")
     layout, controls, radii = layout[kept], controls[kept], radii[kept]
     primvars = {name: value for name, value in read_primvars(prim, layout, time, report).items() if name != "widths"}
     if _has_normals(prim, time) and get_type_name(prim) == "Points":
@@ -147,7 +147,7 @@ def _lay_out(
         return lay_out_nurbs_curves(prim, lengths, points, time, report), points
     if (lengths < 2).any():
         report.warn(
-            BAD_CURVES, prim.GetPath(), f"{(lengths < 2).sum()} curves left out: they have fewer than two points"
+            BAD_CURVES, prim.GetPath(), f"{counted((lengths < 2).sum(), 'curve')} left out: fewer than two points"
         )
     tangents = vector_rows(UsdGeom.HermiteCurves(prim).GetTangentsAttr().Get(time), 3)
     if tangents is None or len(tangents) != len(points):
@@ -203,7 +203,7 @@ def _radii(
     # Splines may run below 0 between widths that are not: nothing is there, and nothing is wrong.
     is_negative = np.zeros(0, bool) if values is None else values[:, 0] < 0
     if is_negative.any():
-        report.warn(BAD_CURVES, prim.GetPath(), f"{is_negative.sum()} widths are below 0: they count as 0")
+        report.warn(BAD_CURVES, prim.GetPath(), f"{counted(is_negative.sum(), 'width')} below 0: counted as 0")
     values = np.maximum(widths.values[:, 0].astype(np.float64), 0) / 2
     if widths.indices is None:
         return np.full(shape, values[0])

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.scene import Instances, local_boxes
 from warp_rt.scene.instance_transforms import choose
 from warp_rt.usd.gprims import Gprims
@@ -68,5 +68,5 @@ def _drawable(group: Group, gprims: Gprims, report: Report) -> np.ndarray:
     ):
         prims = gprims.prim[group.gprim[left_out]]
         for prim, count in zip(*np.unique(prims, return_counts=True), strict=True):
-            report.warn(BAD_TRANSFORM, gprims.prims[prim], f"{count} instances left out: {why}")
+            report.warn(BAD_TRANSFORM, gprims.prims[prim], f"{counted(count, 'instance')} left out: {why}")
     return np.flatnonzero(is_good & ~is_small)

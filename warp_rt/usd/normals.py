@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.scene import Primvar
 from warp_rt.usd.arrays import vector_rows
 from warp_rt.usd.primvars import NOT_FINITE, WRONG_TYPE, Elements, Layout, lay_out, read_primvar
@@ -47,7 +47,9 @@ def read_normals(schema: UsdGeom.PointBased, layout: Elements, time: Usd.TimeCod
             return None
         is_finite = np.isfinite(values).all(axis=1)
         if not is_finite.all():
-            report.warn(NOT_FINITE, path, f"{(~is_finite).sum()} normals are not finite: the face's own is taken")
+            report.warn(
+                NOT_FINITE, path, f"{counted((~is_finite).sum(), 'normal')} not finite: the face's own is taken"
+            )
             values = np.where(is_finite[:, None], values, np.float32(0))
         normals = lay_out(values, None, str(schema.GetNormalsInterpolation()), layout, path, "normals", report)
     return normals

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.splines.pieces import MAX_ORDER, Pieces, bernstein, find_pieces
 from warp_rt.usd.arrays import double_rows, doubles, integers, point_weights
 from warp_rt.usd.basis_curves import BAD_CURVES
@@ -86,13 +86,15 @@ def lay_out_nurbs_curves(
     ascends = falls[first_knot + lengths + orders - 1] == falls[first_knot]
     is_high = orders > MAX_ORDER
     if is_high.any():
-        report.warn(BAD_CURVES, prim.GetPath(), f"{is_high.sum()} curves left out: their order is above {MAX_ORDER}")
+        report.warn(
+            BAD_CURVES, prim.GetPath(), f"{counted(is_high.sum(), 'curve')} left out: an order above {MAX_ORDER}"
+        )
     is_curve = (orders >= 2) & (orders <= lengths) & ascends & ~is_high
     ranges = _read_ranges(schema, knots, first_knot, lengths, orders, is_curve, time, report)
     is_curve &= ranges[:, 0] < ranges[:, 1]
     is_bad = ~(is_curve | is_high)
     if is_bad.any():
-        report.warn(BAD_CURVES, prim.GetPath(), f"{is_bad.sum()} curves left out: their knots make no curve")
+        report.warn(BAD_CURVES, prim.GetPath(), f"{counted(is_bad.sum(), 'curve')} left out: knots that make none")
     weights = point_weights(schema.GetPointWeightsAttr(), len(points), time, BAD_CURVES, report)
     varying_counts = np.where(is_curve, lengths - orders + 2, 0)
     parts = []

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.scene.instance_transforms import ScatteredTransforms, Transforms, choose
 from warp_rt.usd.arrays import integers, short_rows, vector_rows
 from warp_rt.usd.primvars import rows_by_instance
@@ -66,11 +66,15 @@ def read_point_instances(
     is_shown = _shown_ids(schema, count, time, report)
     in_range = (prototype >= 0) & (prototype < len(prototypes))
     if not in_range.all():
-        report.warn(BAD_PROTOTYPE, path, f"{(~in_range).sum()} instances left out: protoIndices name no prototype")
+        report.warn(
+            BAD_PROTOTYPE, path, f"{counted((~in_range).sum(), 'instance')} left out: protoIndices name no prototype"
+        )
     is_invertible = is_regular(matrices) if isinstance(matrices, np.ndarray) else matrices.are_regular()
     if not (is_invertible | ~is_shown).all():
         dropped = (is_shown & ~is_invertible).sum()
-        report.warn(BAD_TRANSFORM, path, f"{dropped} instances left out: their transform is singular or not finite")
+        report.warn(
+            BAD_TRANSFORM, path, f"{counted(dropped, 'instance')} left out: a transform that is singular or not finite"
+        )
     kept = np.flatnonzero(is_shown & in_range & is_invertible)
     values = rows_by_instance(prim, count, time, report)
     if len(kept) < count:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 
 FEW_VERTICES = "W101"
 BAD_INDEX = "W102"
@@ -73,7 +73,7 @@ def drawable_polygons(
         (BAD_POINT, is_polygon & has_indices & ~has_points, "point not finite"),
     ):
         if dropped.any():
-            report.warn(code, path, f"{dropped.sum()} faces dropped, {why}")
+            report.warn(code, path, f"{counted(dropped.sum(), 'face')} dropped, {why}")
     kept = np.flatnonzero(is_polygon & has_points)
     return Polygons(kept, starts[kept], lengths[kept], indices)
 

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.scene import Primvar
 from warp_rt.usd.arrays import float_rows
 from warp_rt.usd.color_spaces import color_space_of
@@ -338,7 +338,9 @@ def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.
         return None
     is_bad = ~np.isfinite(values).all(axis=1)
     if is_bad.any():
-        report.warn(NOT_FINITE, prim, f"{primvar.GetName()}: {is_bad.sum()} values that are not finite count as zero")
+        report.warn(
+            NOT_FINITE, prim, f"{primvar.GetName()}: {counted(is_bad.sum(), 'value')} not finite: counted as zero"
+        )
         values = np.where(is_bad[:, None], np.float32(0), values)
     space = color_space_of(primvar.GetAttr(), report)
     if space and values.shape[1] >= 3:

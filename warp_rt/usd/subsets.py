@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, counted
 from warp_rt.usd.arrays import integers
 from warp_rt.usd.bindings import BINDING_PURPOSES, purpose_of
 from warp_rt.usd.questions import get_type_name
@@ -99,7 +99,9 @@ def read_face_slots(
         faces = np.flatnonzero(is_named[of_face])
         free = faces[slots[faces] == 0]
         if len(free) < len(faces):
-            report.warn(OVERLAP, child.GetPath(), f"{len(faces) - len(free)} faces belong to an earlier subset already")
+            report.warn(
+                OVERLAP, child.GetPath(), f"{counted(len(faces) - len(free), 'face')} of an earlier subset already"
+            )
         names.append(child.GetName())
         slots[free] = len(names)
     return (slots, tuple(names)) if names else (None, ())
