@@ -80,6 +80,24 @@ def test_velocities_carry_where_they_fit_as_usd_has_it(points, velocities, time,
     assert [(note.code, note.prim) for note in report] == ([("N936", "/p")] if is_idle else [])
 
 
+def test_whether_velocities_carry_instances_is_decided_at_the_frame() -> None:
+    """Those of the samples that a moment lies between would, but the frame's do not: USD interpolates both."""
+    made = stage(
+        """def PointInstancer "i" {
+            rel prototypes = [</i/p>]
+            int[] protoIndices = [0]
+            point3f[] positions.timeSamples = { 0: [(0, 0, 0)], 1: [(1, 0, 0)], 2: [(2, 0, 0)] }
+            vector3f[] velocities.timeSamples = { 0.5: [(0, 9, 0)], 1: [(0, 9, 0)], 2: [(0, 9, 0)] }
+            def Sphere "p" {}
+        }"""
+    )
+    schema = UsdGeom.PointInstancer.Get(made, "/i")
+    (expected,) = schema.ComputeInstanceTransformsAtTime(1.5, 0.75)
+    placed = load_stage(made, time=1.5, base_time=0.75).instances.world_from_local[0]
+    np.testing.assert_allclose(placed, np.array(expected).T)
+    np.testing.assert_allclose(placed[:3, 3], (1.5, 0, 0))
+
+
 TRIANGLES = """
     int[] faceVertexCounts.timeSamples = { 0: [3], 1: [3, 3] }
     int[] faceVertexIndices.timeSamples = { 0: [0, 1, 2], 1: [0, 1, 2, 0, 2, 3] }

@@ -14,7 +14,6 @@ from warp_rt.report import Report, counted
 from warp_rt.scene.instance_transforms import ScatteredTransforms, Transforms, choose
 from warp_rt.usd.arrays import integers, short_rows, vector_rows
 from warp_rt.usd.primvars import rows_by_instance
-from warp_rt.usd.stage import has_rate
 from warp_rt.usd.transforms import is_regular
 
 BAD_ARRAY = "W120"
@@ -58,7 +57,9 @@ def read_point_instances(
     prototype = _integers(schema.GetProtoIndicesAttr(), time, report)
     prototype = np.zeros(0, np.int64) if prototype is None else prototype
     count = len(prototype)
-    moved = _moved_matrices(schema, count, time, time if carried_to is None else carried_to, report)
+    motions = (schema.GetVelocitiesAttr(), schema.GetAngularVelocitiesAttr(), schema.GetAccelerationsAttr())
+    _report_types(dict.fromkeys(motions, 3), time, report)
+    moved = None if carried_to is None else _moved_matrices(schema, count, time, carried_to, report)
     matrices = _transforms(schema, count, time, report) if moved is None else moved
     if not count or matrices is None:
         empty = np.zeros(0, np.int64)
@@ -115,18 +116,8 @@ def _transforms(
 def _moved_matrices(
     schema: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode, carried_to: Usd.TimeCode, report: Report
 ) -> np.ndarray | None:
-    """Return USD's own matrices where velocities move the instances; None where they do not or USD gives none."""
-    motions = (schema.GetVelocitiesAttr(), schema.GetAngularVelocitiesAttr(), schema.GetAccelerationsAttr())
-    if time.IsDefault() or not any(attribute.HasAuthoredValue() for attribute in motions):
-        return None
-    if not has_rate(schema.GetPrim().GetStage()):
-        return None
-    widths = {**dict.fromkeys((*motions, schema.GetScalesAttr()), 3), _orientations(schema): 4}
-    for attribute, width in widths.items():
-        value = attribute.Get(time)
-        if value is not None and vector_rows(value, width) is None:
-            message = f"{attribute.GetName()} left out: it holds a {type(value).__name__}"
-            report.warn(BAD_ARRAY, attribute.GetPrimPath(), message)
+    """Return USD's own matrices of instances that velocities move; None where it gives none."""
+    _report_types({schema.GetScalesAttr(): 3, _orientations(schema): 4}, time, report)
     try:
         matrices = schema.ComputeInstanceTransformsAtTime(
             carried_to, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
@@ -136,6 +127,15 @@ def _moved_matrices(
     if matrices is None or len(matrices) != count or not count:
         return None
     return np.asarray(matrices, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1).copy()
+
+
+def _report_types(widths: Mapping[Usd.Attribute, int], time: Usd.TimeCode, report: Report) -> None:
+    """Report attributes whose values are no rows of so many numbers."""
+    for attribute, width in widths.items():
+        value = attribute.Get(time)
+        if value is not None and vector_rows(value, width) is None:
+            message = f"{attribute.GetName()} left out: it holds a {type(value).__name__}"
+            report.warn(BAD_ARRAY, attribute.GetPrimPath(), message)
 
 
 def _orientations(schema: UsdGeom.PointInstancer) -> Usd.Attribute:
