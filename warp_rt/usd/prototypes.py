@@ -137,10 +137,12 @@ class Prototypes:
             report_widths_by_instance(prim, instances.prototypes, self._report)
         name = context.name(prim)
         own = constants_of_instances(prim, self._time, self._report)  # of prototypes elsewhere too
-        for row, path in enumerate(instances.prototypes):
-            chosen = np.flatnonzero(instances.prototype == row)
-            if not len(chosen):
+        rows = np.argsort(instances.prototype, kind="stable")
+        counts = np.bincount(instances.prototype, minlength=len(instances.prototypes))
+        for path, end, count in zip(instances.prototypes, np.cumsum(counts), counts, strict=True):
+            if not count:
                 continue
+            chosen = rows[end - count : end]
             group = self._instancer_group(prim, path, context, own, walk_group)
             if group is None:
                 continue
@@ -180,18 +182,20 @@ class Prototypes:
         self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path], note_names: Callable[[Usd.Prim], None]
     ) -> None:
         """Note what stands below a PointInstancer, belongs to none of its prototypes, and so shows nothing."""
+        roots = frozenset(prototypes)  # there may be tens of thousands
+        above = frozenset(root.GetParentPath() for root in roots)
         idle, moved = [], []
         pending = instancer.GetFilteredChildren(SHOWN)[::-1]
         while pending:
             prim = pending.pop()
             path = prim.GetPath()
-            if path in prototypes:
+            if path in roots:
                 continue
             if _would_be_drawn(prim):
                 idle.append(path)
                 continue
             note_names(prim)
-            if any(below.HasPrefix(path) for below in prototypes) and self._is_moved(prim):
+            if self._is_moved(prim) and any(root.HasPrefix(path) for root in above):
                 moved.append(path)
             pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])
         for paths, kind, what in (
