@@ -51,6 +51,7 @@ def test_what_a_property_says_in_vain_is_told_once(body: str, expected: tuple[st
         'def Sphere "s" { double radius\nrel proxyPrim\nrel material:binding }',
         'def Sphere "s" { double radius = None\nuniform token purpose.timeSamples = { 0: "proxy"\n} }',
         'def Sphere "s" { double radius = 2 (doc = "its size"\ncustomData = { int a = 1\n}) }',
+        'def SphereLight "s" { rel inputs:filters = </s> }',  # N934's
         'def "s" { double radius.connect = </other.x>\ntoken outputs:x.connect = </other.x> }\ndef Sphere "t" {}',
     ],
 )

@@ -956,3 +956,9 @@ def test_that_selections_are_not_looked_for_on_all_of_many_prims_is_noted_once()
     )
     told = [(record.code, record.prim) for record in scene.diagnostics if record.code in ("N925", "N937")]
     assert told == [("N937", "/g4/s1995"), ("N925", "/models/m")]
+
+
+def test_a_camera_that_is_declared_a_light_is_a_camera_all_the_same() -> None:
+    scene = load('def Camera "c" (prepend apiSchemas = ["LightAPI"]) {\n}\ndef Sphere "s" {\n}')
+    assert [camera.path for camera in scene.cameras] == ["/c"]
+    assert codes(scene)["/c"] == "W401"

@@ -13,6 +13,7 @@ import re
 from pxr import Sdf, Usd
 
 from warp_rt.report import Report
+from warp_rt.usd.lights import is_light
 from warp_rt.usd.primvars import CONNECTED_PRIMVAR
 from warp_rt.usd.schemas import PrimType
 from warp_rt.usd.unknown_names import UnknownNameReporter
@@ -60,7 +61,7 @@ def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameR
         is_port = bool(_PORT.match(name))
         if (kind := _wrong_kind(item)) and not (is_setting and kind == _RELATIONSHIP):
             is_a = _ATTRIBUTE if kind == _RELATIONSHIP else _RELATIONSHIP
-            report.warn(WRONG_KIND, item.GetPath(), f"it is {is_a}, but {kind} by USD's schema; ignored")
+            report.warn(WRONG_KIND, item.GetPath(), f"it is {is_a}, but USD has {kind} of this name; ignored")
         elif isinstance(item, Usd.Attribute):
             if _ASKED_WITHOUT_TIME.match(name) and _has_samples_alone(item):
                 message = "it has time samples alone, but USD asks for its value at no time: they do not count"
@@ -74,7 +75,7 @@ def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameR
 def _wrong_kind(item: Usd.Property) -> str:
     """Return what USD's schema has a property for that is something else; empty: it is what it has to be."""
     if isinstance(item, Usd.Relationship):
-        if _ALWAYS_ATTRIBUTE.match(item.GetName()):
+        if _ALWAYS_ATTRIBUTE.match(item.GetName()) and not is_light(item.GetPrim()):  # whose inputs are N934's
             return _ATTRIBUTE
         is_wrong = not item.HasAuthoredTargets() and _is_declared_as(item, Sdf.AttributeSpec)
         return _RELATIONSHIP if is_wrong else ""

@@ -330,7 +330,7 @@ class StageWalk:
                 self._report.warn(REST_POSE, prim.GetPath(), "no SkelRoot poses it: drawn in its rest pose")
         if prim_type.is_light:
             builder.add_light(PlacedPrim(prim, _posed(matrix, skin), path[here.path_length :]))
-        elif kind == "Camera":
+        if kind == "Camera":
             builder.add_camera(PlacedPrim(prim, matrix, path[here.path_length :]))
         elif kind in RENDER_TYPES:
             self.render_prims.append(str(get_path(prim)))
