@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 # Code families. One code is one rule; docs/diagnostics.md lists them all.
@@ -85,6 +85,11 @@ def _folded(records: tuple[Diagnostic, ...]) -> Iterator[Diagnostic]:
 def counted(count: int, noun: str) -> str:
     """Return a number with its noun, which takes an s but for one."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def first_of(names: Sequence[str], noun: str = "prim") -> str:
+    """Return the first name, and how many more there are."""
+    return f"{names[0]} and {counted(len(names) - 1, f'more {noun}')}" if len(names) > 1 else names[0]
 
 
 def one_line(message: object) -> str:

@@ -559,7 +559,7 @@ def test_what_is_below_an_instancer_and_no_prototype_is_noted_once() -> None:
     assert len(scene.instances) == 3
     assert scene.lights == ()
     assert [(record.code, record.prim) for record in scene.diagnostics] == [("N923", "/I")]
-    assert scene.diagnostics[0].message.startswith("/I/P/spare and 1 more prims below it")
+    assert scene.diagnostics[0].message.startswith("/I/P/spare and 1 more prim below it")
 
 
 def test_what_stands_between_an_instancer_and_its_prototypes_and_does_not_count_is_noted() -> None:
@@ -594,7 +594,7 @@ def test_what_stands_between_an_instancer_and_its_prototypes_and_does_not_count_
     assert scene.domes == ()
     assert [record.prim for record in scene.diagnostics if record.code == "N942"] == ["/I/P"]
     assert [record.message for record in scene.diagnostics if record.code == "N923"] == [
-        "/I/dome and 1 more prims below it, but of none of its prototypes: not drawn",
+        "/I/dome and 1 more prim below it, but of none of its prototypes: not drawn",
         "/I/P does not move its prototypes, whose own transform alone counts",
     ]
 

@@ -276,6 +276,15 @@ def test_primvars_that_do_not_fit_are_dropped_with_a_code(body: str, code: str) 
     assert source.mesh.primvars == {}
 
 
+def test_what_a_primvar_holds_is_told_not_what_the_schema_declares() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(
+        f'#usda 1.0\ndef Mesh "m" {{ {SQUARES}string primvars:displayOpacity = "x"\n}}'
+    )
+    (found,) = [record.message for record in load_stage(stage).diagnostics if record.code == "W108"]
+    assert found == "primvars:displayOpacity left out: it holds a str, which does not fit"
+
+
 @pytest.mark.parametrize(
     "body",
     ["float[] primvars:v = None", "float[] primvars:v", "matrix4d[] primvars:m = []"],

@@ -718,7 +718,7 @@ def test_a_texture_whose_coordinates_a_prim_lacks_is_noted_once_a_material(tmp_p
     assert codes(_textured(varname, has + other + given + inherited, tmp_path)) == {}
     (record,) = _textured(varname, has + lacks + also + other, tmp_path).diagnostics
     assert (record.code, record.prim) == ("N912", "/M")
-    assert record.message.startswith("/lacks and 1 more prims lack the primvar map1")
+    assert record.message.startswith("/lacks and 1 more prim lack the primvar map1")
 
 
 def test_a_primvar_of_too_few_components_is_noted_once_a_material(tmp_path: Path) -> None:
@@ -733,7 +733,7 @@ def test_a_primvar_of_too_few_components_is_noted_once_a_material(tmp_path: Path
     )
     (record,) = _textured(varname, prims, tmp_path).diagnostics
     assert (record.code, record.prim) == ("N927", "/M")
-    assert "2 components of map1, of which /flat and 1 more prims have fewer" in record.message
+    assert "2 components of map1, of which /flat and 1 more prim have fewer" in record.message
 
 
 @pytest.mark.parametrize("value", ["", "float[] primvars:v = [3]"])

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from warp_rt.report import Report
+from warp_rt.report import Report, first_of
 from warp_rt.scene import Material, Mesh, Shapes, Texture
 from warp_rt.scene.programs import Op
 from warp_rt.usd.gprims import Gprims
@@ -44,8 +44,9 @@ def report_missing_primvars(
         for name, (width, is_coordinate) in asked[material].items():
             narrow = rows[_is_narrow(name, width, group, gprims, rows)]
             if len(narrow):
-                named = _named(_paths(narrow, group, gprims))
-                message = f"reads {width} components of {name}, of which {named} have fewer: the others count as 0"
+                paths = _paths(narrow, group, gprims)
+                named = f"{first_of(paths)} {'have' if len(paths) > 1 else 'has'}"
+                message = f"reads {width} components of {name}, of which {named} fewer: the others count as 0"
                 report.warn(NARROW_PRIMVAR, materials[material].path, message)
             lacking = rows[~_has_value(name, group, gprims, rows)]
             missing = []
@@ -56,21 +57,14 @@ def report_missing_primvars(
                 elif not is_drawable(primvar):
                     report.warn(WRONG_TYPE, path, f"primvars:{name} left out: no material can read {_kind(primvar)}")
             if missing and is_coordinate:
-                report.warn(
-                    NO_SUCH_PRIMVAR,
-                    materials[material].path,
-                    f"{_named(missing)} lack the primvar {name} that a texture's coordinates come from: "
-                    "one texel is shown",
-                )
+                what = f"the primvar {name} that a texture's coordinates come from"
+                message = f"{first_of(missing)} {'lack' if len(missing) > 1 else 'lacks'} {what}: one texel is shown"
+                report.warn(NO_SUCH_PRIMVAR, materials[material].path, message)
 
 
 def _paths(rows: np.ndarray, group: Group, gprims: Gprims) -> list[str]:
     """Return the prims of rows of a group, each once."""
     return list(dict.fromkeys(gprims.prims[row] for row in np.unique(gprims.prim[group.gprim[rows]])))
-
-
-def _named(paths: Sequence[str]) -> str:
-    return f"{paths[0]} and {len(paths) - 1} more prims" if len(paths) > 1 else paths[0]
 
 
 def _asked(material: Material, textures: Sequence[Texture]) -> dict[str, tuple[int, bool]]:

@@ -41,7 +41,7 @@ def read_normals(schema: UsdGeom.PointBased, layout: Elements, time: Usd.TimeCod
             return None
         values = vector_rows(value, 3)
         if values is None:
-            report.warn(WRONG_TYPE, path, f"normals left out: type {schema.GetNormalsAttr().GetTypeName()}")
+            report.warn(WRONG_TYPE, path, f"normals left out: they hold a {type(value).__name__}, no vectors")
             return None
         if not len(values):
             return None

@@ -328,13 +328,14 @@ def _values(primvar: UsdGeom.Primvar, time: Usd.TimeCode, report: Report) -> np.
     value = primvar.Get(time)
     if value is None:
         return None
+    held = type(value).__name__  # the attribute's type is the schema's, whatever a layer declares
     if type(value).__module__ != "pxr.Vt":  # not an array, which the attribute's type need not tell
         value = np.asarray(value)[None]
     values = float_rows(value)
     prim = primvar.GetAttr().GetPrim().GetPath()
     width = WIDTHS.get(primvar.GetPrimvarName())
     if values is None or (width and values.shape[1] != width):
-        report.warn(WRONG_TYPE, prim, f"{primvar.GetName()} left out: its type {primvar.GetTypeName()} does not fit")
+        report.warn(WRONG_TYPE, prim, f"{primvar.GetName()} left out: it holds a {held}, which does not fit")
         return None
     is_bad = ~np.isfinite(values).all(axis=1)
     if is_bad.any():

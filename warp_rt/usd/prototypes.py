@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux
 
-from warp_rt.report import Report
+from warp_rt.report import Report, first_of
 from warp_rt.scene.instance_paths import NumberedPaths
 from warp_rt.scene.instance_transforms import choose, nest
 from warp_rt.usd.authored import AuthoredReader
@@ -199,12 +199,11 @@ class Prototypes:
                 moved.append(path)
             pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])
         for paths, kind, what in (
-            (idle, "prims", "below it, but of none of its prototypes: not drawn"),
-            (moved, "transforms", "does not move its prototypes, whose own transform alone counts"),
+            (idle, "prim", "below it, but of none of its prototypes: not drawn"),
+            (moved, "transform", "does not move its prototypes, whose own transform alone counts"),
         ):
             if paths:
-                more = f" and {len(paths) - 1} more {kind}" if len(paths) > 1 else ""
-                self._report.warn(IDLE_CHILD, instancer.GetPath(), f"{paths[0]}{more} {what}")
+                self._report.warn(IDLE_CHILD, instancer.GetPath(), f"{first_of(list(map(str, paths)), kind)} {what}")
 
     def _is_moved(self, prim: Usd.Prim) -> bool:
         """Return whether a prim has a transform that moves anything."""

@@ -64,7 +64,7 @@ def read_render_var(prim: Usd.Prim, path: Sdf.Path, report: Report) -> RenderVar
     name = prim.GetName() if name in ("", "raw") and kind == "raw" else name
     aov = _aov_of(kind, name)
     if aov is None:
-        report.warn(UNKNOWN_VAR, prim.GetPath(), f"there is no {kind} variable {shown(name)}; left out")
+        report.warn(UNKNOWN_VAR, prim.GetPath(), f"there is no {kind or 'such'} variable {shown(name)}; left out")
         return None
     layer = prim.GetAttribute(LAYER_NAME).Get() if prim.HasAttribute(LAYER_NAME) else None
     data_type = schema.GetDataTypeAttr()

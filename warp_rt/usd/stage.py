@@ -171,8 +171,8 @@ def captured_warnings(report: Report) -> Iterator[None]:
             trap.Clear()
     found = []
     for text in sorted(set(texts)):
-        place = re.search(r"[<(](/[^<>()]*)[>)]|@([^@]+)@", text)
-        where = place.group(1) or place.group(2) if place else "USD"
+        place = re.search(r"[<(](/[^<>()]*)[>)]|^(/\S+) -- |@([^@]+)@", text)
+        where = next(filter(None, place.groups())) if place else "USD"
         found.append((USD_WARNING, where, f"USD says: {text}", _PARTICULARS.sub("", text)))
     _report_once(found, report)
 
