@@ -118,7 +118,7 @@ class Prototypes:
         matrix: np.ndarray,
         builder: GroupBuilder,
         walk_group: WalkGroup,
-        note_names: Callable[[Usd.Prim], None],
+        check: Callable[[Usd.Prim], None],
     ) -> None:
         """Copy the groups of a PointInstancer's prototypes.
 
@@ -128,11 +128,11 @@ class Prototypes:
             matrix: Group from prim, float64, shape [4, 4].
             builder: Takes the copies.
             walk_group: Walks the prototypes.
-            note_names: Notes what a prim says that USD does not know, where no walk comes by.
+            check: Reports what a prim says in vain that no walk comes by.
         """
         times = read_times(prim, self._time, self._base_time, self._report)
         instances = read_point_instances(prim, *times, self._report)
-        self._note_children(prim, instances.prototypes, note_names)
+        self._note_children(prim, instances.prototypes, check)
         if "widths" in instances.values:
             report_widths_by_instance(prim, instances.prototypes, self._report)
         name = context.name(prim)
@@ -179,7 +179,7 @@ class Prototypes:
                 self._report.warn(IDLE_OPINION, instance.GetPath(), message)
 
     def _note_children(
-        self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path], note_names: Callable[[Usd.Prim], None]
+        self, instancer: Usd.Prim, prototypes: Sequence[Sdf.Path], check: Callable[[Usd.Prim], None]
     ) -> None:
         """Note what stands below a PointInstancer, belongs to none of its prototypes, and so shows nothing."""
         roots = frozenset(prototypes)  # there may be tens of thousands
@@ -194,7 +194,7 @@ class Prototypes:
             if _would_be_drawn(prim):
                 idle.append(path)
                 continue
-            note_names(prim)
+            check(prim)
             if self._is_moved(prim) and any(root.HasPrefix(path) for root in above):
                 moved.append(path)
             pending.extend(prim.GetFilteredChildren(SHOWN)[::-1])

@@ -193,9 +193,7 @@ class StageWalk:
             report_not_looked_for(prim, ASKED_FOR_METADATA, self._report)
         has_own_clips = has_authored_metadata(prim, "clips")
         traits = self._traits.read(prim, above.has_clips or has_own_clips)
-        self._note_unknown_properties(prim, traits)
-        if self._visited <= self._asked_for_properties:
-            report_properties(prim, traits.type, self._unknown, self._report)
+        self._check_properties(prim, traits)
         is_ordinary = (
             traits.is_ordinary
             and not (may_be_unusual or above.is_skinned)
@@ -236,7 +234,7 @@ class StageWalk:
         if traits.is_instancer:
             if (here.purpose or "default") not in here.hidden_purposes:  # else prototypes may have their own
                 # Handed over here, for what the walk holds must not hold the walk, and with it the stage.
-                walks = self._walk_group, self._note_unknown_names
+                walks = self._walk_group, self._check_in_passing
                 self._prototypes.add_point_instances(prim, passed_on, _posed(matrix, skin), builder, *walks)
             return None  # prototypes are often its children, and are not drawn by themselves
         if traits.type.is_boundable and self._is_shown(here):
@@ -250,14 +248,17 @@ class StageWalk:
             return None
         return (children, passed_on, matrix) if children else None
 
-    def _note_unknown_properties(self, prim: Usd.Prim, traits: Traits) -> None:
+    def _check_properties(self, prim: Usd.Prim, traits: Traits) -> None:
+        """Report what a prim's properties say in vain."""
         if traits.unknown_properties or traits.unknown_schemas:
             self._unknown.add(prim, traits.type, traits.unknown_properties, traits.unknown_schemas)
+        if self._visited <= self._asked_for_properties:
+            report_properties(prim, traits.type, self._unknown, self._report)
 
-    def _note_unknown_names(self, prim: Usd.Prim) -> None:
-        """Note what a prim that is not visited has and USD does not know."""
+    def _check_in_passing(self, prim: Usd.Prim) -> None:
+        """Report what a prim that is not visited says in vain."""
         self._unknown.add_metadata(prim)
-        self._note_unknown_properties(prim, self._traits.read(prim, has_clips=False))
+        self._check_properties(prim, self._traits.read(prim, has_clips=False))
 
     def _is_hidden(self, prim: Usd.Prim, traits: Traits, above: Context, builder: GroupBuilder) -> bool:
         """Return whether a prim says that it is not seen, with all below it; its cameras are added all the same."""
