@@ -150,3 +150,29 @@ def test_misspelt_metadata_is_told_and_that_of_others_is_kept_for_the_end() -> N
         ("N942", "/a", "a prim has no metadata instancable (did you mean instanceable?); ignored"),
         ("N943", "/a", "not read, here or elsewhere: mayaSelectability"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "meant"),
+    [
+        ("Spere", "Sphere"),
+        ("mesh", "Mesh"),
+        ("RectLigth", "RectLight"),
+        ("Look", ""),
+        ("RisPattern", ""),
+        ("FieldAsset", ""),
+    ],
+)
+def test_types_that_are_misspelt_are_told_with_what_was_meant(kind: str, meant: str) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    stage.DefinePrim("/p", kind)
+    (note,) = [record for record in load_stage(stage).diagnostics if record.code == "N911"]
+    assert ("did you mean" in note.message, f"did you mean {meant}?" in note.message) == (bool(meant), bool(meant))
+
+
+def test_schemas_that_are_misspelt_are_told_with_what_was_meant() -> None:
+    (note,) = told('def Sphere "s" (prepend apiSchemas = ["MaterialBindingApi"]) {}')
+    message = "USD has no schema MaterialBindingApi to apply (did you mean MaterialBindingAPI?); ignored"
+    assert note == ("N942", "/s", message)
+    (note,) = told('def Sphere "s" (prepend apiSchemas = ["PhysxCollisionAPI"]) {}')
+    assert note[0] == "N943"

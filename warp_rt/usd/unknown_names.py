@@ -8,7 +8,7 @@ import difflib
 import functools
 import re
 from collections import Counter
-from collections.abc import Set
+from collections.abc import Iterable, Set
 
 from pxr import Sdf, Tf, Usd
 
@@ -36,7 +36,7 @@ _OF_TYPE = {
 }
 _INSTANCE = "__INSTANCE_NAME__"
 _COMPOSITION = ("references", "inherits", "specializes", "variants", "variantSets", "relocates", "subLayers")
-_LEAST_LIKENESS = 0.85  # of a namespace and one of USD's that it misspells: one slip in seven letters
+_LEAST_LIKENESS = 0.85  # of a name and one of USD's that it misspells: one slip in seven letters
 _MOST_OF_NAMESPACE = 3  # names that a prim may have of one without all being taken for another program's
 
 
@@ -93,10 +93,15 @@ class UnknownNameReporter:
             elif (name, prim_type.name) not in self._told:
                 self._told.add((name, prim_type.name))
                 words.append(name + _meant(name, known))
+        owner = f"a {prim_type.name}" if prim_type.name else "a prim without a type"
         for schema in schemas:
-            self._keep(prim, schema)
+            near = _nearest(schema, filter(_may_show, _schemas()))
+            if near:
+                message = f"USD has no schema {schema} to apply (did you mean {near}?); ignored"
+                self._report.warn(NO_SUCH_PROPERTY, prim.GetPath(), message)
+            else:
+                self._keep(prim, schema)
         if words:
-            owner = f"a {prim_type.name}" if prim_type.name else "a prim without a type"
             self._report.warn(NO_SUCH_PROPERTY, prim.GetPath(), f"{owner} has no {', '.join(words)}; ignored")
 
     def add_metadata(self, item: Usd.Prim | Usd.Property) -> None:
@@ -134,6 +139,24 @@ class UnknownNameReporter:
         self._others[name] = None
 
 
+def nearest_type(name: str) -> str:
+    """Return the type of prims that a name misspells; empty: there is none."""
+    is_abstract = Usd.SchemaRegistry.FindSchemaInfo(name) is not None
+    return "" if is_abstract else _nearest(name, _types())
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    """Return the known name that one misspells, capitals aside; empty: there is none."""
+    by_letters = {other.lower(): other for other in known}
+    near = difflib.get_close_matches(name.lower(), by_letters, 1, _LEAST_LIKENESS)
+    return by_letters[near[0]] if near else ""
+
+
+def _may_show(schema: str) -> bool:
+    """Return whether a schema may make a difference to pictures: other programs name theirs after those of physics."""
+    return not schema.startswith("Physics")
+
+
 def _is_unknown(value: object) -> bool:
     return isinstance(value, Sdf.UnregisteredValue)
 
@@ -150,6 +173,13 @@ def _schemas() -> frozenset[str]:
     """Return the names of the schemas that may be applied; that of usdMtlx is USD's, but not usd-core's."""
     types = Tf.Type.Find(Usd.APISchemaBase).GetAllDerivedTypes()
     return frozenset(Usd.SchemaRegistry.GetSchemaTypeName(known) for known in types) | {"MaterialXConfigAPI"}
+
+
+@functools.cache
+def _types() -> frozenset[str]:
+    """Return the names of the types of prims."""
+    types = Tf.Type.Find(Usd.Typed).GetAllDerivedTypes()
+    return frozenset(filter(None, map(Usd.SchemaRegistry.GetConcreteSchemaTypeName, types)))
 
 
 @functools.cache

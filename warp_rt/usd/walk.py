@@ -51,7 +51,7 @@ from warp_rt.usd.stage import UNLOADED, report_missing_clips
 from warp_rt.usd.subsets import report_misplaced
 from warp_rt.usd.traits import RENDER_TYPES, SKINNING, Traits, TraitsReader
 from warp_rt.usd.transforms import TransformReader
-from warp_rt.usd.unknown_names import UnknownNameReporter
+from warp_rt.usd.unknown_names import UnknownNameReporter, nearest_type
 from warp_rt.usd.unused_selections import report_not_looked_for, report_unused_selections
 from warp_rt.usd.visibility import is_invisible
 
@@ -338,9 +338,10 @@ class StageWalk:
         elif kind == "GeomSubset":
             report_misplaced(prim, traits.authored.bindings, self._report)
         elif not prim_type.is_known:
-            self._report.warn(
-                UNKNOWN_TYPE, get_path(prim), f"USD has no prims of the type {kind}: it draws nothing itself"
-            )
+            near = nearest_type(kind)
+            meant = f" (did you mean {near}?)" if near else ""
+            message = f"USD has no prims of the type {kind}{meant}: it draws nothing itself"
+            self._report.warn(UNKNOWN_TYPE, get_path(prim), message)
         return here, skin
 
     def _add_unseen_cameras(self, prim: Usd.Prim, above: Context, builder: GroupBuilder) -> None:
