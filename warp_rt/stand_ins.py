@@ -10,6 +10,7 @@ _STAND_INS = {
     "/__framing": "(framed)",
     "/__headlight": "(headlight)",
     "/__displayColor": "(displayColor fallback)",
+    "/__lightRadiance": "(radiance of the light)",
 }
 
 

@@ -200,10 +200,12 @@ def test_info_tells_meshes_from_shapes_and_small_sizes(stage, capfd):
 
 def test_info_has_words_for_what_steps_in(stage, capfd):
     bound = "rel material:binding = </World/Blue>"
-    stage.write_text(STAGE[: STAGE.index('    def Camera "Front"')].replace(bound, "") + "}\n")
+    bulb = '    def Sphere "Bulb" (prepend apiSchemas = ["LightAPI"]) {}\n}\n'
+    stage.write_text(STAGE[: STAGE.index('    def Camera "Front"')].replace(bound, "") + bulb)
     assert main(["info", "wall.usda"]) == 0
     out = capfd.readouterr().out
     assert "(displayColor fallback) (" in out
+    assert " (radiance of the light) (" in out
     assert "picture    960 x 700, (framed)\n" in out  # an academy frame, 20.955 by 15.2908 mm
     assert "/__" not in out
 

@@ -210,4 +210,4 @@ def _lamp(radiance: tuple[float, float, float]) -> Material:
     """Return the material that emits a radiance and answers to no light."""
     black = Input((0.0, 0.0, 0.0, 1.0))
     inputs = {"diffuseColor": black, "specularColor": black, "emissiveColor": Input((*radiance, 1.0))}
-    return Material("", MaterialModel.PREVIEW, inputs, use_specular_workflow=True)
+    return Material("/__lightRadiance", MaterialModel.PREVIEW, inputs, use_specular_workflow=True)
