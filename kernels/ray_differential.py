@@ -265,11 +265,13 @@ def parametric_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface], 
 # Out of line, so that scenes without textures do not carry it in their inner loop.
 @wp.func(inline=False)
 def coordinate_differential(scene: wp.ref[SceneData], surface: wp.ref[Surface], slot: int, dp: wp.vec3) -> wp.vec2:
-    """Return how texture coordinates change over a displacement in the plane of the surface, world space."""
+    """Return how texture coordinates change over a displacement in the plane of the surface, world space; 0 of none."""
     if scene.instance_primvars.shape[1] > 0:
         if not wp.isnan(scene.instance_primvars[slot, surface.instance][0]):
             return wp.vec2(0.0, 0.0)
     primvar = scene.primvars[surface.mesh * scene.primvar_count + slot]
+    if primvar.component_count == 0:
+        return wp.vec2(0.0, 0.0)
     if primvar.row_count == PARAMETRIC:
         return parametric_differential(scene, surface, dp)
     if primvar.corner_offset >= 0:

@@ -82,10 +82,29 @@ READER = """
         }"""
 
 
+FACES = """
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    uniform token subdivisionScheme = "none"
+"""
+
+
 def pixels(
-    folder: Path, nodes: str, *, st: str | None = None, source: str = "T.outputs:rgb", size: int = 2, material: str = ""
+    folder: Path,
+    nodes: str,
+    *,
+    st: str | None = None,
+    source: str = "T.outputs:rgb",
+    size: int = 2,
+    material: str = "",
+    kind: str = "Mesh",
+    shape: str = FACES,
+    texture_filter: str = "bilinear",
 ) -> np.ndarray:
-    """Return the picture of a square whose emission some nodes give, row 0 at the top: shape [size, size, 3]."""
+    """Return the picture of a square whose emission some nodes give, row 0 at the top: shape [size, size, 3].
+
+    ``kind`` and ``shape`` make something else of the square's corners.
+    """
     path = folder / "stage.usda"
     path.write_text(f"""#usda 1.0
 (upAxis = "Y")
@@ -99,11 +118,9 @@ def Camera "Eye" {{
 def DistantLight "Dark" {{
     float inputs:intensity = 0
 }}
-def Mesh "Square" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
-    int[] faceVertexCounts = [4]
-    int[] faceVertexIndices = [0, 1, 2, 3]
+def {kind} "Square" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
     point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    uniform token subdivisionScheme = "none"
+    {shape}
     {coordinates() if st is None else st}
     rel material:binding = </M>
 }}
@@ -120,7 +137,7 @@ def Material "M" {{
     }}
     {nodes}
 }}""")
-    options = RenderOptions(width=size, height=size, texture_filter="bilinear")
+    options = RenderOptions(width=size, height=size, texture_filter=texture_filter)
     return np.asarray(Renderer(load_stage(path), options).render().color)[..., :3]
 
 
@@ -293,3 +310,21 @@ def test_readers_of_every_type(folder, kind, where):
     found = pixels(folder, reader, st=st, source="T.outputs:result", material=material, size=1)
     expected = value[:3] if isinstance(value, tuple) else (value,) * 3
     np.testing.assert_allclose(found[0, 0], expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape"),
+    [
+        ("Mesh", FACES),
+        ("Points", "float[] widths = [1, 1, 1, 1]"),
+        ("BasisCurves", 'uniform token type = "linear"\nint[] curveVertexCounts = [4]\nfloat[] widths = [1, 1, 1, 1]'),
+        ("BasisCurves", "int[] curveVertexCounts = [4]\nfloat[] widths = [1, 1]"),
+    ],
+)
+def test_without_coordinates_one_texel_is_shown(folder, kind, shape):
+    """That at (0, 0), the fallback of coordinates, whatever the ray's footprint."""
+    image = texture("b3.png", 'token inputs:wrapS = "clamp"', 'token inputs:wrapT = "clamp"')
+    found = pixels(folder, READER + image, st="", size=8, kind=kind, shape=shape, texture_filter="anisotropic")
+    met = found.any(axis=2)
+    assert met.sum() > 20
+    np.testing.assert_allclose(found[met], np.tile(linear(BYTES[3][1, 0] / 255), (met.sum(), 1)), rtol=1e-5)
