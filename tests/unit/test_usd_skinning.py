@@ -288,6 +288,24 @@ def test_normals_of_ribbons_turn_with_their_joints(kind: str, interpolation: str
         np.testing.assert_allclose(normals[[0, -1]], np.array([(-1, 2, 0), (-2, 1, 0)]) / 5**0.5, atol=1e-6)
 
 
+@pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying"])
+def test_each_point_of_a_ribbon_has_its_own_normal_in_a_pose(interpolation: str) -> None:
+    """A strand along x whose joint stays where it is: its normals are those that it is given."""
+    strand = f"""
+        uniform token type = "linear"
+        point3f[] points = [(0, 0, 0), (0.5, 0, 0), (1.5, 0, 0), (2, 0, 0)]
+        int[] curveVertexCounts = [4]
+        float[] widths = [0.1] (interpolation = "constant")
+        normal3f[] normals = [(0, 1, 0), (0, 0, 1), (0, -1, 0), (0, 0, -1)] (interpolation = "{interpolation}")
+        {JOINTS.replace("[0, 1, 1, 0]", "[0, 0, 0, 0]")}
+    """
+    mesh = load_stage(stage_of(f'def BasisCurves "m" ({BOUND}) {{ {strand}\n}}')).meshes[0]
+    for x, normal in ((0, (0, 1, 0)), (0.5, (0, 0, 1)), (1.5, (0, -1, 0)), (2, (0, 0, -1))):
+        at = np.flatnonzero(np.abs(mesh.points.reshape(-1, 2, 3)[:, 0, 0] - x) < 1e-6)
+        np.testing.assert_allclose(mesh.normals.values[at], [normal] * len(at), atol=1e-6)
+        assert len(at) > 0
+
+
 def test_normals_of_a_patch_that_joints_bend_are_its_own_and_that_is_told() -> None:
     patch = """
         int uVertexCount = 2

@@ -120,7 +120,7 @@ class _PosedNormals:
     def primvar(self, values: np.ndarray, indices: np.ndarray | None, interpolation: str) -> Primvar:
         rest = values if indices is None else values[indices]
         vertices = np.arange(self.point_count)
-        if interpolation == "varying":
+        if interpolation in ("varying", "faceVarying"):  # which are the same on curves
             vertices = self.layout.point_of_varying(len(rest))
         elif interpolation != "vertex":  # a value that several points share may be turned by other joints at each
             rest = rest[self.layout.curve_of_point(self.point_count) if interpolation == "uniform" else 0 * vertices]
