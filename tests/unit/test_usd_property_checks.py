@@ -32,6 +32,10 @@ API = 'prepend apiSchemas = ["MaterialBindingAPI"]'
         ('def Camera "s" { float focalLength.connect = </other.x> }\ndef Sphere "t" {}', ("W112", "/s.focalLength")),
         (f'def Sphere "s" ({API}) {{ double material:binding:full = 3 }}', ("W513", "/s.material:binding:full")),
         ('def Sphere "s" { double proxyPrim = 3 }', ("W513", "/s.proxyPrim")),
+        (
+            f'def Sphere "s" ({API}) {{ rel material:binding (bindMaterialAs = "best") }}',
+            ("W310", "/s.material:binding"),
+        ),
         ('def Sphere "s" { rel radius = </s> }', ("W513", "/s.radius")),
         ('def Sphere "s" { float[] primvars:a = [1] (interplation = "vertex") }', ("N942", "/s.primvars:a")),
         (

@@ -176,3 +176,20 @@ def test_schemas_that_are_misspelt_are_told_with_what_was_meant() -> None:
     assert note == ("N942", "/s", message)
     (note,) = told('def Sphere "s" (prepend apiSchemas = ["PhysxCollisionAPI"]) {}')
     assert note[0] == "N943"
+
+
+@pytest.mark.parametrize(
+    ("attribute", "schema"),
+    [
+        ('uniform token renderVisibility = "invisible"', "VisibilityAPI"),
+        ('uniform token colorSpace:name = "srgb_rec709_scene"', "ColorSpaceAPI"),
+        ('token[] semantics:labels:class = ["ball"]', "SemanticsLabelsAPI"),
+        ('uniform token lod:override:mode = "noOverride"', "LODOverrideAPI"),
+    ],
+)
+def test_attributes_of_schemas_that_are_not_applied_are_told(attribute: str, schema: str) -> None:
+    name = attribute.split(" = ")[0].split()[-1]
+    note = ("N942", "/s", f"a Sphere has no {name} ({schema} is not applied); ignored")
+    assert told(f'def Sphere "s" {{ {attribute} }}') == [note]
+    applied = f"{schema}:class" if schema.startswith("Semantics") else schema
+    assert told(f'def Sphere "s" (prepend apiSchemas = ["{applied}"]) {{ {attribute} }}') == []

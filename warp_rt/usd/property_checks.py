@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import re
 
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdShade
 
 from warp_rt.report import Report
+from warp_rt.usd.attribute_values import shown
 from warp_rt.usd.lights import is_light
+from warp_rt.usd.materials import DANGLING_BINDING
 from warp_rt.usd.primvars import CONNECTED_PRIMVAR
 from warp_rt.usd.schemas import PrimType
 from warp_rt.usd.unknown_names import UnknownNameReporter
@@ -41,6 +43,7 @@ _WITH_METADATA = re.compile("primvars:|inputs:|normals$|widths$|material:binding
 # What is of one kind, whether the prim's schemas hold it or not.
 _BINDING = re.compile("material:binding")
 _ALWAYS_ATTRIBUTE = re.compile("primvars:|xformOp|inputs:")
+_STRENGTHS = (UsdShade.Tokens.weakerThanDescendants, UsdShade.Tokens.strongerThanDescendants)
 _ATTRIBUTE, _RELATIONSHIP = "an attribute", "a relationship"
 
 
@@ -59,6 +62,8 @@ def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameR
         if _WITH_METADATA.match(name):
             unknown.add_metadata(item)
         is_port = bool(_PORT.match(name))
+        if isinstance(item, Usd.Relationship) and _BINDING.match(name):
+            _report_strength(item, report)
         if (kind := _wrong_kind(item)) and not (is_setting and kind == _RELATIONSHIP):
             is_a = _ATTRIBUTE if kind == _RELATIONSHIP else _RELATIONSHIP
             report.warn(WRONG_KIND, item.GetPath(), f"it is {is_a}, but USD has {kind} of this name; ignored")
@@ -70,6 +75,13 @@ def report_properties(prim: Usd.Prim, prim_type: PrimType, unknown: UnknownNameR
                 what = "its own value counts" if item.HasAuthoredValue() else "it has no value of its own"
                 message = f"connections are followed from shaders and materials, not from a {prim_type.name}; {what}"
                 report.warn(CONNECTED_PRIMVAR, item.GetPath(), message)
+
+
+def _report_strength(binding: Usd.Relationship, report: Report) -> None:
+    strength = binding.GetMetadata("bindMaterialAs")
+    if strength is not None and strength not in _STRENGTHS:
+        message = f"bindMaterialAs is {shown(strength)}, none of {', '.join(_STRENGTHS)}; {_STRENGTHS[0]} is taken"
+        report.warn(DANGLING_BINDING, binding.GetPath(), message)
 
 
 def _wrong_kind(item: Usd.Property) -> str:

@@ -34,6 +34,14 @@ _OF_TYPE = {
     "BlendShape": re.compile("inbetweens:"),
     "RenderVar": re.compile(f"{LAYER_NAME}$"),
 }
+# What USD reads of prims alone that have the schema applied.
+_COUNTS_IF_APPLIED = {
+    "colorSpace:name": "ColorSpaceAPI",
+    "(guide|proxy|render)Visibility": "VisibilityAPI",
+    "lod:default:index": "LODRootAPI",
+    "lod:override:(index|mode)": "LODOverrideAPI",
+    "semantics:labels:.+": "SemanticsLabelsAPI",
+}
 _INSTANCE = "__INSTANCE_NAME__"
 _COMPOSITION = ("references", "inherits", "specializes", "variants", "variantSets", "relocates", "subLayers")
 _LEAST_LIKENESS = 0.85  # of a name and one of USD's that it misspells: one slip in seven letters
@@ -50,7 +58,8 @@ def unknown_properties(prim_type: PrimType, names: Set[str]) -> tuple[str, ...]:
     if not prim_type.is_known:
         return ()
     definition = prim_type.info.GetPrimDefinition()
-    others = names - set(definition.GetPropertyNames()) - FOREIGN
+    not_owned = names - set(definition.GetPropertyNames())
+    others = not_owned - FOREIGN
     if prim_type.is_light:  # told by a code of their own
         others -= old_names(definition)
     allowed = [_ANY_PRIM, _applied_names()]
@@ -58,7 +67,14 @@ def unknown_properties(prim_type: PrimType, names: Set[str]) -> tuple[str, ...]:
         allowed.append(_NETWORK)
     if prim_type.name in _OF_TYPE:
         allowed.append(_OF_TYPE[prim_type.name])
-    return tuple(sorted(name for name in others if not any(pattern.match(name) for pattern in allowed)))
+    unknown = {name for name in others if not any(pattern.match(name) for pattern in allowed)}
+    idle = {name for name in not_owned if prim_type.is_imageable and missing_schema(name)}
+    return tuple(sorted(unknown | idle))
+
+
+def missing_schema(name: str) -> str:
+    """Return the schema that has to be applied for a property of this name to count; empty: none, or it counts."""
+    return next((schema for pattern, schema in _COUNTS_IF_APPLIED.items() if re.fullmatch(pattern, name)), "")
 
 
 def unknown_schemas(prim_type: PrimType) -> tuple[str, ...]:
@@ -86,6 +102,11 @@ class UnknownNameReporter:
         spaces = Counter(name.partition(":")[0] for name in properties)
         words = []
         for name in properties:
+            if schema := missing_schema(name):
+                if (name, prim_type.name) not in self._told:
+                    self._told.add((name, prim_type.name))
+                    words.append(f"{name} ({schema} is not applied)")
+                continue
             space, colon, _ = name.partition(":")
             is_close = bool(difflib.get_close_matches(space, _namespaces(), 1, _LEAST_LIKENESS))
             if colon and (not is_close or spaces[space] > _MOST_OF_NAMESPACE):
