@@ -419,6 +419,11 @@ def test_singular_transform_is_named(matrix):
     assert _read('def RectLight "L" {}', matrix) == (None, ["W409"])
 
 
+def test_a_size_beyond_the_reach_of_coordinates_is_that_reach():
+    light, codes = _read('def SphereLight "L" {\nfloat inputs:radius = 1e30\n}')
+    assert (light.radius, codes) == (1e12, ["W415"])
+
+
 @pytest.mark.parametrize(
     ("kind", "inputs"),
     [

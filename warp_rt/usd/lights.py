@@ -37,6 +37,7 @@ from warp_rt.usd.light_inputs import (
 )
 from warp_rt.usd.light_omissions import report_ignored
 from warp_rt.usd.mesh_lights import MeshLightReader, ShiningMesh
+from warp_rt.usd.polygons import MAX_COORDINATE
 from warp_rt.usd.questions import get_type_name
 from warp_rt.usd.rendering_space import product
 
@@ -222,10 +223,10 @@ def _read_shape(
 ) -> Light | None:
     path = prim.GetPath()
     is_normalized = attributes.truth("inputs:normalize", False)
-    radius = attributes.within("inputs:radius", 0.5, 0.0, math.inf, OUT_OF_RANGE)
-    width = attributes.within("inputs:width", 1.0, 0.0, math.inf, OUT_OF_RANGE)
-    height = attributes.within("inputs:height", 1.0, 0.0, math.inf, OUT_OF_RANGE)
-    length = attributes.within("inputs:length", 1.0, 0.0, math.inf, OUT_OF_RANGE)
+    radius = attributes.within("inputs:radius", 0.5, 0.0, MAX_COORDINATE, OUT_OF_RANGE)
+    width = attributes.within("inputs:width", 1.0, 0.0, MAX_COORDINATE, OUT_OF_RANGE)
+    height = attributes.within("inputs:height", 1.0, 0.0, MAX_COORDINATE, OUT_OF_RANGE)
+    length = attributes.within("inputs:length", 1.0, 0.0, MAX_COORDINATE, OUT_OF_RANGE)
     angle = math.radians(attributes.within("inputs:angle", 0.53, 0.0, 360.0, OUT_OF_RANGE))
     kind, has_falloff = _kind_and_falloff(kind, attributes, report, path)
     if kind == LightKind.POINT and radius == 0 and has_falloff:
