@@ -87,6 +87,17 @@ def test_a_scale_of_the_camera_counts_as_it_shows(name: str, scale: tuple[float,
     assert refinement_levels(scene, scaled, RenderOptions(width=400)).get("/m", 0) == expected
 
 
+def test_a_window_beyond_all_bounds_does_no_harm() -> None:
+    far = """def Camera "far" {
+        float horizontalAperture = 20
+        float verticalAperture = 20
+        float verticalApertureOffset = -1e38
+        double3 xformOp:translate = (0.5, 0.5, 10)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }"""
+    assert levels("far", 400, others=far).get("/m", 0) <= MAX_LEVEL
+
+
 def test_pixels_that_are_not_square_count_by_their_short_side() -> None:
     scene = warp_rt.load_scene(stage_of())
     sizes = {"width": 100, "height": 400}

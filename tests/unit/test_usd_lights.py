@@ -419,6 +419,13 @@ def test_singular_transform_is_named(matrix):
     assert _read('def RectLight "L" {}', matrix) == (None, ["W409"])
 
 
+@pytest.mark.parametrize("kind", ["SphereLight", "DistantLight", "DomeLight"])
+def test_a_place_beyond_the_reach_of_coordinates_is_none(kind):
+    matrix = np.eye(4)
+    matrix[1, 3] = 1e30
+    assert _read(f'def {kind} "L" {{}}', matrix) == (None, ["W409"])
+
+
 def test_a_size_beyond_the_reach_of_coordinates_is_that_reach():
     light, codes = _read('def SphereLight "L" {\nfloat inputs:radius = 1e30\n}')
     assert (light.radius, codes) == (1e12, ["W415"])

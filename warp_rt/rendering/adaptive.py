@@ -88,6 +88,9 @@ def refinement_levels(scene: Scene, camera: str | Camera | None, options: Render
         mesh = scene.meshes[scene.instances.mesh[row]]
         if isinstance(mesh, Mesh):
             longest = pixels * _longest_edge(mesh, scene.instances.world_from_local[row], eye)
+            longest = min(
+                EDGE_PIXELS * 2.0**MAX_LEVEL, longest
+            )  # that first, for a window may be so far that this is NaN
             level = math.ceil(math.log2(max(longest, EDGE_PIXELS) / EDGE_PIXELS))
             budget = int(math.log(max(MAX_TRIANGLES / len(mesh.triangles), 1.0), 4))
             levels[scene.prims[prim]] = min(level, budget, MAX_LEVEL)
@@ -107,7 +110,8 @@ def _pixel_density(eye: Camera, size: tuple[int, int], settings: Settings) -> fl
     sides = abs(right - left) * np.linalg.norm(x_axis), abs(top - bottom) * np.linalg.norm(y_axis)
     upright = np.cross(x_axis, y_axis)
     distance = abs(upright @ z_axis) / np.linalg.norm(upright) if eye.is_perspective else 1.0  # of the window
-    return float(max(size[0] / sides[0], size[1] / sides[1]) * distance)
+    with np.errstate(divide="ignore", invalid="ignore"):  # so far beside the axis that nothing is left of its sides
+        return float(max(size[0] / sides[0], size[1] / sides[1]) * distance)
 
 
 def _longest_edge(mesh: Mesh, world_from_local: np.ndarray, eye: Camera) -> float:

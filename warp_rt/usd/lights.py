@@ -101,8 +101,8 @@ def read_lights(
         report.warn(UNSUPPORTED_LIGHT, path, f"{name} {why}; it gives no light")
         return ()
     matrix = np.array(world_from_local, float)
-    if not np.isfinite(matrix).all() or not _is_invertible(matrix):
-        report.warn(INVALID_LIGHT, path, "the transform is singular or not finite; the light is left out")
+    if not (np.abs(matrix) <= MAX_COORDINATE).all() or not _is_invertible(matrix):
+        report.warn(INVALID_LIGHT, path, f"the transform is singular, or beyond {MAX_COORDINATE:g}; left out")
         return ()
     mesh = None if source is None else _read_mesh(prim, source, matrix, time, report, meshes)
     if source is not None and mesh is None:
