@@ -88,9 +88,8 @@ def refinement_levels(scene: Scene, camera: str | Camera | None, options: Render
         mesh = scene.meshes[scene.instances.mesh[row]]
         if isinstance(mesh, Mesh):
             longest = pixels * _longest_edge(mesh, scene.instances.world_from_local[row], eye)
-            longest = min(
-                EDGE_PIXELS * 2.0**MAX_LEVEL, longest
-            )  # that first, for a window may be so far that this is NaN
+            # The bound stands first, for of a window beyond all bounds the other is NaN.
+            longest = min(EDGE_PIXELS * 2.0**MAX_LEVEL, longest)
             level = math.ceil(math.log2(max(longest, EDGE_PIXELS) / EDGE_PIXELS))
             budget = int(math.log(max(MAX_TRIANGLES / len(mesh.triangles), 1.0), 4))
             levels[scene.prims[prim]] = min(level, budget, MAX_LEVEL)

@@ -210,7 +210,7 @@ class Prototypes:
         if not prim.IsA(UsdGeom.Xformable) or not prim.GetAttribute("xformOpOrder").HasAuthoredValue():
             return False
         try:
-            return bool(UsdGeom.XformCache(self._time).GetLocalTransformation(prim)[0] != Gf.Matrix4d(1))
+            return bool(UsdGeom.Xformable(prim).GetLocalTransformation(self._time) != Gf.Matrix4d(1))
         except Tf.ErrorException:  # its values are of no use
             return False
 
